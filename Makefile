@@ -1,0 +1,73 @@
+# `make demo` and `make test` are all that a fresh machine with Python 3.11 needs.
+# Stamp files under .venv remember what is installed, so that a second run does nothing twice.
+
+PYTHON  ?= $(shell command -v python3.11 || command -v python3)
+VENV    := .venv
+BIN     := $(VENV)/bin
+PIP     := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
+SKETCH  ?= addon/sketches/smiling_woman.png
+DEMO    := build/demo
+
+SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \
+             \( -name '*.py' -o -name '*.npz' -o -name '*.onnx' -o -name '*.json' \) 2>/dev/null)
+
+.PHONY: help demo test test-fast lint addon bench pictures sketches clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo      fit a sketch that ships here; says where the face and the preview are"
+	@echo "make test      every test (installs what they need: Blender as a module, CPU torch)"
+	@echo "make lint      ruff and mypy"
+	@echo "make addon     the zip that Blender installs, in dist/"
+	@echo "make bench     how fast each stage is on this machine"
+	@echo "make pictures  draw every picture of the documentation anew"
+	@echo "make clean     remove what was built (not .venv)"
+
+$(VENV)/.base: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 is needed; say which one: make PYTHON=/path/to/python3.11")'
+	@echo "Making $(VENV) and installing what a fit needs (a minute or two, once) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(PIP) -e .
+	@touch $@
+
+$(VENV)/.lint: $(VENV)/.base
+	@$(PIP) -e '.[dev]'
+	@touch $@
+
+$(VENV)/.tests: $(VENV)/.lint
+	@echo "Installing what the tests need: Blender as a module and CPU torch (some minutes, once) ..."
+	@$(PIP) -e '.[dev,blender,train]'
+	@touch $@
+
+$(DEMO)/face.glb: $(SKETCH) $(SOURCES) | $(VENV)/.base
+	@mkdir -p $(DEMO)
+	@$(BIN)/sketch2face fit $(SKETCH) -o $@ --report $(DEMO)/report.json --preview $(DEMO)/preview.png
+
+demo: $(VENV)/.base $(DEMO)/face.glb
+	@echo "The face:     $(DEMO)/face.glb (what was read and measured: $(DEMO)/report.json)"
+	@echo "The preview:  $(DEMO)/preview.png (sketch, expression, fitted face)"
+
+test: $(VENV)/.tests
+	$(BIN)/python -m pytest
+
+test-fast: $(VENV)/.tests
+	$(BIN)/python -m pytest -m 'not slow'
+
+lint: $(VENV)/.lint
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+addon: $(VENV)/.tests
+	$(BIN)/python -m addon.packaging
+
+bench: $(VENV)/.tests
+	$(BIN)/python -m pytest tests/benchmarks -s -q -o python_files='bench_*.py test_*.py'
+
+sketches: $(VENV)/.lint
+	$(BIN)/python -m addon.sketches.render
+
+pictures: sketches $(VENV)/.tests
+	$(BIN)/python docs/pictures.py
+
+clean:
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
