@@ -1,0 +1,181 @@
+"""Creases: grooves in the skin, drawn as curves on the active face and raised by their control.
+
+MakeHuman's targets move the skin but do not fold it, and it is by its folds that an expression
+shows in a line drawing. A crease is a curve on the face's left (the right is its mirror image)
+with a depth at full natural activation (intensity 5) and a half-width. Its profile across is a
+groove between two bulges, its depth fades toward the ends of the curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from .anatomy import PART_NAMES, smooth_curve
+from .controls import Control
+
+Points = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Crease:
+    """points in cm seen from the front (see facs_rig.anatomy); depth and half-width in mm.
+
+    `fade` is the share of the length over which each end fades; 0 keeps an end deep, as where a
+    line goes on across the middle of the face.
+    """
+
+    points: Points
+    depth: float
+    width: float = 1.8
+    fade: tuple[float, float] = (0.3, 0.3)
+
+
+def _worry(y: float, reach: float, arch: float = 0.25) -> Crease:
+    points = ((0.0, y), (reach * 0.35, y + arch * 0.5), (reach * 0.7, y + arch), (reach, y - 0.1))
+    return Crease(points, 1.3, 1.9, (0.0, 0.35))
+
+
+CREASES: dict[str, tuple[Crease, ...]] = {
+    "worry": (_worry(2.75, 4.4), _worry(3.65, 4.8), _worry(4.55, 4.7), _worry(5.4, 4.0)),
+    "worry_centre": tuple(
+        Crease(((0.0, y), (0.7, y - 0.18), (1.5, y - 0.62), (2.0, y - 1.0)), 1.3, 1.8, (0.0, 0.4))
+        for y in (3.3, 4.1, 4.9)
+    ),
+    "worry_side": (
+        Crease(((2.2, 2.6), (3.5, 3.0), (4.8, 2.5)), 1.1),
+        Crease(((2.3, 3.4), (3.6, 3.8), (4.9, 3.2)), 1.0),
+    ),
+    "glabella": (
+        Crease(((0.50, 0.35), (0.62, 1.3), (0.55, 2.5)), 1.6, 1.9),
+        Crease(((1.05, 0.75), (1.25, 1.6), (1.35, 2.2)), 0.8, 1.6),
+        Crease(((0.0, 0.1), (0.6, 0.12)), 0.9, 1.6, (0.0, 0.5)),
+    ),
+    "crow_down": (
+        Crease(((4.45, -0.25), (5.0, -0.55), (5.55, -1.05)), 1.1, 1.6),
+        Crease(((4.35, -0.50), (4.85, -1.0), (5.25, -1.65)), 1.1, 1.6),
+        Crease(((4.1, -0.75), (4.5, -1.35), (4.75, -2.0)), 0.9, 1.6),
+    ),
+    "under_eye": (Crease(((1.9, -0.85), (2.9, -1.15), (3.9, -0.85)), 0.9, 1.6),),
+    "crow_up": (
+        Crease(((4.50, 0.15), (5.1, 0.45), (5.6, 0.95)), 1.1, 1.6),
+        Crease(((4.55, -0.08), (5.2, 0.02), (5.75, 0.20)), 1.1, 1.6),
+        Crease(((4.40, 0.40), (4.85, 0.95), (5.2, 1.55)), 0.9, 1.6),
+    ),
+    "bunny": (
+        Crease(((0.40, -0.45), (0.85, -0.75), (1.30, -1.40)), 1.3, 1.5),
+        Crease(((0.45, -1.20), (0.85, -1.50), (1.25, -2.10)), 1.2, 1.5),
+        Crease(((0.0, 0.25), (0.6, 0.20)), 1.0, 1.5, (0.0, 0.5)),
+    ),
+    "nasal": (Crease(((1.65, -2.75), (2.05, -3.6), (2.35, -4.5)), 1.6, 1.9, (0.3, 0.45)),),
+    "nasolabial": (Crease(((1.75, -3.3), (2.35, -4.3), (2.85, -5.4), (3.05, -6.4)), 1.7, 2.0),),
+    "smile_fold": (
+        Crease(((1.75, -3.25), (2.50, -4.0), (3.25, -5.0), (3.70, -6.2)), 1.8, 2.1),
+        Crease(((2.2, -0.95), (3.1, -1.25), (4.0, -0.95)), 0.6, 1.6),
+    ),
+    "corner_pinch": (
+        Crease(((2.40, -6.15), (2.62, -6.75), (2.45, -7.40)), 1.6, 1.6),
+        Crease(((2.85, -6.25), (3.08, -6.85), (2.90, -7.50)), 0.9, 1.6),
+    ),
+    "marionette": (Crease(((2.45, -7.0), (2.75, -7.7), (2.75, -8.5)), 1.2, 1.8),),
+    "chin_boss": (
+        Crease(((0.0, -8.35), (0.9, -8.5), (1.6, -9.1)), 1.4, 1.9, (0.0, 0.4)),
+        Crease(((0.35, -9.2), (0.75, -9.5)), 0.8, 1.6),
+    ),
+    "lip_radial": tuple(Crease(((x, -5.65), (x * 1.25, -5.1)), 0.8, 1.3) for x in (0.5, 1.0, 1.45)),
+    "corner_fold": (
+        Crease(((2.75, -5.6), (3.15, -6.6), (3.15, -7.9)), 1.6, 1.9),
+        Crease(((3.45, -5.9), (3.80, -6.9), (3.70, -8.0)), 1.2, 1.8),
+    ),
+}
+
+
+# Edge lengths in metres that the refinement aims at: along creases, the face, the rest of the skin.
+CREASED_EDGE, FACE_EDGE, PLAIN_EDGE = 0.0018, 0.005, 0.008
+MOST_LEVELS = 3
+
+
+def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[np.int64]:
+    """Subdivision level of each cage quad: fine where creases run, coarse where nothing happens.
+
+    cage : (m, 3) metres in the source's frame;  quads : (f, 4);  part : (f,) part numbers.
+    """
+    corners = cage[quads]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    longest = np.maximum(sides[:, 0] + sides[:, 2], sides[:, 1] + sides[:, 3]) / 2
+    eyes = cage[np.unique(quads[part == PART_NAMES.index("eyes")])].mean(axis=0)
+    centre = (corners.mean(axis=1) - eyes) * 100
+    x, y, z = centre.T
+    left = [smooth_curve(crease.points, 60) for group in CREASES.values() for crease in group]
+    curves = np.concatenate([curve * [sign, 1] for curve in left for sign in (1, -1)])
+    reach = cKDTree(curves).query(centre[:, :2])[0] - 70 * longest  # quad's half diagonal, in cm
+    face = (z > -3.0) & (np.abs(x) < 6.4) & (y < 6.5) & (y > -11.0)
+    aim = np.where(face, FACE_EDGE, PLAIN_EDGE)
+    aim[face & (z > -2.0) & (reach < 0.2)] = CREASED_EDGE
+    inside = (np.abs(x) < 2.6) & (np.abs(y + 6.5) < 2.5) & (z < 0.2)  # the cavity of the mouth
+    aim[inside] = PLAIN_EDGE
+    level = np.round(np.log2(np.maximum(longest / aim, 1)) + 0.1).astype(np.int64)
+    level = np.clip(level, np.where(face & ~inside & (z > -1.5), 1, 0), MOST_LEVELS)
+    level[part == PART_NAMES.index("eyes")] = 2
+    level[(part == PART_NAMES.index("lashes")) | (part == PART_NAMES.index("teeth"))] = 1
+    return level
+
+
+def crease_displacements(
+    control: Control, vertices: NDArray, normals: NDArray, skin: NDArray, eyes_middle: NDArray
+) -> NDArray[np.float64]:
+    """Displacements (n, 3) in metres of a control's creases at intensity 5, along the normals.
+
+    vertices, normals : (n, 3) of the smooth face with the symmetric control at intensity 5, so
+    that a curve lies where it is seen on the active face.
+
+    One-sided controls get the symmetric displacement under a ramp over the middle of the face,
+    1 cm to each side, so that left and right add up to the symmetric control.
+    """
+    depth = np.zeros(len(vertices))
+    front = np.flatnonzero(skin & (normals[:, 2] > 0.1) & (vertices[:, 2] > eyes_middle[2] - 0.05))
+    flat = cKDTree(vertices[front, :2])
+    for name in control.creases:
+        for crease in CREASES[name]:
+            for fade, points in _both_sides(crease):
+                places = smooth_curve(points, 160) * 0.01 + eyes_middle[:2]
+                depth += _groove(crease, fade, places, vertices, front, flat)
+    x = vertices[:, 0]
+    if control.side == "left":
+        depth *= np.clip(0.5 + x / 0.02, 0, 1)
+    elif control.side == "right":
+        depth *= np.clip(0.5 - x / 0.02, 0, 1)
+    return depth[:, None] * normals
+
+
+def _both_sides(crease: Crease) -> list[tuple[tuple[float, float], NDArray]]:
+    """The curve on both sides: one across the middle where it begins there, else two."""
+    left = np.array(crease.points)
+    right = left * [-1, 1]
+    if crease.fade[0] > 0 or left[0, 0] != 0:
+        return [(crease.fade, left), (crease.fade, right)]
+    end = crease.fade[1] / 2
+    return [((end, end), np.concatenate([right[:0:-1], left]))]
+
+
+def _groove(crease: Crease, end_fades, places, vertices, front, flat) -> NDArray:
+    """Height (n,) in metres of one crease: -depth (1 - t²) exp(-t² / 1.5), t = distance / width."""
+    distance, near = flat.query(places, k=4)
+    weight = 1 / (distance + 1e-4)
+    z = (vertices[front[near], 2] * weight).sum(axis=1) / weight.sum(axis=1)
+    curve = np.column_stack([places, z])
+    away, at = cKDTree(curve).query(vertices[front], distance_upper_bound=4e-3 * crease.width)
+    s = np.append(np.linspace(0, 1, len(curve)), 0)[at]
+    fade = np.ones_like(s)
+    for share, from_end in zip(end_fades, (s, 1 - s), strict=True):
+        if share > 0:
+            t = np.clip(from_end / share, 0, 1)
+            fade *= t * t * (3 - 2 * t)
+    t = np.where(np.isfinite(away), away, 1.0) / (1e-3 * crease.width)
+    height = -1e-3 * crease.depth * (1 - t**2) * np.exp(-(t**2) / 1.5) * fade
+    out = np.zeros(len(vertices))
+    out[front] = np.where(np.isfinite(away), height, 0.0)
+    return out

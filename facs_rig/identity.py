@@ -1,0 +1,144 @@
+"""The table of identity parameters: who the face is, as against what it does.
+
+`gender` runs from 0 (female) to 1 (male), `age` from 0 (young adult) to 1 (old), `weight` from
+-1 to 1, and the three ethnicities are shares that are normalised to one. All features run from
+-1 to 1 with 0 for the plain face; they are MakeHuman's modelling targets, mirrored pairs as one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ETHNICITIES = ("african", "asian", "caucasian")
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One parameter; `low` and `high` name the targets at its two ends (features only)."""
+
+    name: str
+    label: str
+    minimum: float
+    maximum: float
+    default: float
+    low: str = ""
+    high: str = ""
+
+
+def _feature(name: str, label: str, folder: str, stem: str, low: str, high: str) -> Feature:
+    path = f"{folder}/{stem}-" if stem else f"{folder}/"
+    return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high)
+
+
+IDENTITY: tuple[Feature, ...] = (
+    Feature("gender", "Gender (female to male)", 0.0, 1.0, 0.5),
+    Feature("age", "Age (young adult to old)", 0.0, 1.0, 0.0),
+    Feature("weight", "Weight", -1.0, 1.0, 0.0),
+    Feature("african", "African share", 0.0, 1.0, 1 / 3),
+    Feature("asian", "Asian share", 0.0, 1.0, 1 / 3),
+    Feature("caucasian", "Caucasian share", 0.0, 1.0, 1 / 3),
+    _feature("head_width", "Head width", "head", "head-scale-horiz", "decr", "incr"),
+    _feature("head_height", "Head height", "head", "head-scale-vert", "decr", "incr"),
+    _feature("head_depth", "Head depth", "head", "head-scale-depth", "decr", "incr"),
+    _feature("head_fat", "Face fullness", "head", "head-fat", "decr", "incr"),
+    _feature("head_shape", "Head shape (triangle down to up)", "head", "",
+             "head-invertedtriangular", "head-triangular"),
+    _feature("head_round", "Head shape (square to round)", "head", "", "head-square", "head-round"),
+    _feature("forehead_height", "Forehead height", "forehead", "forehead-scale-vert", "decr", "incr"),
+    _feature("forehead_slope", "Forehead (back to forward)", "forehead", "forehead-trans",
+             "backward", "forward"),
+    _feature("temple", "Temples", "forehead", "forehead-temple", "decr", "incr"),
+    _feature("eye_size", "Eye size", "eyes", "{s}-eye-scale", "decr", "incr"),
+    _feature("eye_spacing", "Eye spacing", "eyes", "{s}-eye-trans", "in", "out"),
+    _feature("eye_height", "Eye height", "eyes", "{s}-eye-trans", "down", "up"),
+    _feature("eye_slant", "Eye slant (outer corner)", "eyes", "{s}-eye-corner2", "down", "up"),
+    _feature("eye_inner_corner", "Inner eye corner", "eyes", "{s}-eye-corner1", "down", "up"),
+    _feature("eye_opening", "Eye opening", "eyes", "{s}-eye-height2", "decr", "incr"),
+    _feature("eye_depth", "Eye depth", "eyes", "{s}-eye-push2", "in", "out"),
+    _feature("eye_fold", "Eye fold", "eyes", "{s}-eye-eyefold", "up", "down"),
+    _feature("eye_bag", "Eye bags", "eyes", "{s}-eye-bag", "decr", "incr"),
+    _feature("brow_height", "Brow height", "eyebrows", "eyebrows-trans", "down", "up"),
+    _feature("brow_angle", "Brow angle", "eyebrows", "eyebrows-angle", "down", "up"),
+    _feature("brow_depth", "Brow ridge", "eyebrows", "eyebrows-trans", "backward", "forward"),
+    _feature("nose_length", "Nose length", "nose", "nose-scale-vert", "decr", "incr"),
+    _feature("nose_height", "Nose position", "nose", "nose-trans", "down", "up"),
+    _feature("nose_width", "Nose width", "nose", "nose-scale-horiz", "decr", "incr"),
+    _feature("nose_bridge", "Nose bridge width", "nose", "nose-width1", "decr", "incr"),
+    _feature("nose_depth", "Nose depth", "nose", "nose-scale-depth", "decr", "incr"),
+    _feature("nose_hump", "Nose hump", "nose", "nose-hump", "decr", "incr"),
+    _feature("nose_tip", "Nose tip (down to up)", "nose", "nose-point", "down", "up"),
+    _feature("nose_tip_width", "Nose tip width", "nose", "nose-point-width", "decr", "incr"),
+    _feature("nostril_width", "Nostril width", "nose", "nose-nostrils-width", "decr", "incr"),
+    _feature("mouth_width", "Mouth width", "mouth", "mouth-scale-horiz", "decr", "incr"),
+    _feature("mouth_height", "Mouth position", "mouth", "mouth-trans", "down", "up"),
+    _feature("mouth_angle", "Mouth corners", "mouth", "mouth-angles", "down", "up"),
+    _feature("upper_lip", "Upper lip fullness", "mouth", "mouth-upperlip-height", "decr", "incr"),
+    _feature("lower_lip", "Lower lip fullness", "mouth", "mouth-lowerlip-height", "decr", "incr"),
+    _feature("lip_volume", "Lip volume", "mouth", "mouth-lowerlip-volume", "decr", "incr"),
+    _feature("cupids_bow", "Cupid's bow", "mouth", "mouth-cupidsbow", "decr", "incr"),
+    _feature("cheekbones", "Cheekbones", "cheek", "{s}-cheek-bones", "decr", "incr"),
+    _feature("cheek_volume", "Cheek volume", "cheek", "{s}-cheek-volume", "decr", "incr"),
+    _feature("cheek_hollow", "Cheek hollows", "cheek", "{s}-cheek-inner", "incr", "decr"),
+    _feature("chin_height", "Chin height", "chin", "chin-height", "decr", "incr"),
+    _feature("chin_width", "Chin width", "chin", "chin-width", "decr", "incr"),
+    _feature("chin_forward", "Chin (back to forward)", "chin", "chin-prominent", "decr", "incr"),
+    _feature("jaw_width", "Jaw width", "chin", "chin-bones", "decr", "incr"),
+    _feature("jaw_drop", "Jaw height", "chin", "chin-jaw-drop", "decr", "incr"),
+    _feature("ear_size", "Ear size", "ears", "{s}-ear-scale", "decr", "incr"),
+    _feature("ear_wing", "Ears standing out", "ears", "{s}-ear-wing", "decr", "incr"),
+    _feature("neck_girth", "Neck girth", "neck", "measure-neck-circ", "decr", "incr"),
+    _feature("neck_length", "Neck length", "neck", "neck-scale-vert", "decr", "incr"),
+)  # fmt: skip
+
+FEATURES = tuple(f for f in IDENTITY if f.low)
+
+
+def macro_targets() -> tuple[str, ...]:
+    """Names of the targets that gender, age, ethnicity and weight blend between them."""
+    names = [
+        f"macrodetails/{e}-{g}-{a}"
+        for e in ETHNICITIES
+        for g in ("female", "male")
+        for a in ("young", "old")
+    ]
+    names += [
+        f"macrodetails/universal-{g}-{a}-averagemuscle-{w}weight"
+        for g in ("female", "male")
+        for a in ("young", "old")
+        for w in ("min", "average", "max")
+    ]
+    return tuple(names)
+
+
+def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
+    """All identity parameters by name, defaults filled in; ValueError for an unknown name."""
+    known = {f.name: f.default for f in IDENTITY}
+    for name, value in identity.items():
+        if name not in known:
+            raise ValueError(f"there is no identity parameter '{name}'; see facs_rig.IDENTITY")
+        known[name] = float(value)
+    return known
+
+
+def target_weights(identity: Mapping[str, float]) -> NDArray[np.float64]:
+    """Weights of all identity targets: the macro targets, then low and high of each feature.
+
+    The macro weights are products, as in MakeHuman: each corner of gender x age x ethnicity
+    (and gender x age x weight) has the product of its shares.
+    """
+    p = check_identity(identity)
+    gender = {"female": 1 - p["gender"], "male": p["gender"]}
+    age = {"young": 1 - p["age"], "old": p["age"]}
+    heavy = p["weight"]
+    weight = {"min": max(-heavy, 0), "average": 1 - abs(heavy), "max": max(heavy, 0)}
+    shares = np.array([max(p[e], 0.0) for e in ETHNICITIES])
+    shares = shares / shares.sum() if shares.sum() > 0 else np.full(3, 1 / 3)
+    macro = [s * g * a for s in shares for g in gender.values() for a in age.values()]
+    macro += [g * a * w for g in gender.values() for a in age.values() for w in weight.values()]
+    values = np.array([p[f.name] for f in FEATURES])
+    ends = np.stack([np.maximum(-values, 0), np.maximum(values, 0)], axis=1).ravel()
+    return np.concatenate([macro, ends])

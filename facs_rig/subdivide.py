@@ -1,0 +1,190 @@
+"""Catmull-Clark subdivision as a matrix, refined only where a face needs it.
+
+Subdivision is linear in the cage, so a fine mesh is `matrix @ cage`, for the cage itself and for
+every blendshape of it alike. Refinement is adaptive: every cage quad has its own level, and quads
+next to finer ones are closed with triangles around their face point, so that no crack can open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Refined:
+    """matrix : sparse (n, cage); polygons: quads and triangles, flat with the start of each;
+    source : (p,) cage quad from which each polygon came."""
+
+    matrix: sp.csr_matrix
+    polygon_vertices: NDArray[np.int32]
+    polygon_starts: NDArray[np.int32]
+    source: NDArray[np.int32]
+
+
+def _edges(quads: NDArray) -> tuple[NDArray, NDArray]:
+    """Unique edges (e, 2) and the edge (f, 4) between corner k and k + 1 of each quad."""
+    ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges, index = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    return edges, index.reshape(-1, 4)
+
+
+def catmull_clark(quads: NDArray, n: int) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray]:
+    """One step: matrix (n + e + f, n), new quads (4f, 4), edges (e, 2), quads' edges (f, 4).
+
+    Vertices keep their numbers, edge points and face points follow. Rules: Catmull and Clark
+    1978, "Recursively generated B-spline surfaces on arbitrary topological meshes"; boundary
+    edges are cubic B-splines. The children of quad i are rows 4i to 4i + 3.
+    """
+    f = len(quads)
+    edges, quad_edges = _edges(quads)
+    e = len(edges)
+    face = sp.csr_matrix(
+        (np.full(4 * f, 0.25), (np.repeat(np.arange(f), 4), quads.ravel())), shape=(f, n)
+    )
+    mid = sp.csr_matrix(
+        (np.full(2 * e, 0.5), (np.repeat(np.arange(e), 2), edges.ravel())), shape=(e, n)
+    )
+    edge_of_face = sp.csr_matrix(
+        (np.ones(4 * f), (quad_edges.ravel(), np.repeat(np.arange(f), 4))), shape=(e, f)
+    )
+    sharing = np.asarray(edge_of_face.sum(axis=1)).ravel()
+    boundary = sharing < 2
+    inner = sp.diags((~boundary).astype(float))
+    edge = (
+        inner @ (0.5 * mid + 0.25 * (edge_of_face @ face)) + sp.diags(boundary.astype(float)) @ mid
+    )
+
+    at_face = sp.csr_matrix(
+        (np.ones(4 * f), (quads.ravel(), np.repeat(np.arange(f), 4))), shape=(n, f)
+    )
+    at_edge = sp.csr_matrix(
+        (np.ones(2 * e), (edges.ravel(), np.repeat(np.arange(e), 2))), shape=(n, e)
+    )
+    valence = np.asarray(at_face.sum(axis=1)).ravel()
+    on_boundary = np.asarray(at_edge @ boundary.astype(float)).ravel() > 0
+    k = np.maximum(valence, 1)
+    n_edges = np.maximum(np.asarray(at_edge.sum(axis=1)).ravel(), 1)
+    smooth = (
+        sp.diags(1 / k**2) @ (at_face @ face)
+        + sp.diags(2 / (k * n_edges)) @ (at_edge @ mid)
+        + sp.diags((k - 3) / k)
+    )
+    rim = 0.5 * sp.identity(n) + 0.25 * (at_edge @ sp.diags(boundary.astype(float)) @ mid)
+    vertex = (
+        sp.diags((~on_boundary).astype(float)) @ smooth + sp.diags(on_boundary.astype(float)) @ rim
+    )
+    matrix = sp.vstack([vertex, edge, face]).tocsr()
+
+    e_at = n + quad_edges
+    centre = n + e + np.arange(f)
+    children = np.stack(
+        [
+            np.stack([quads[:, c], e_at[:, c], centre, e_at[:, (c + 3) % 4]], axis=1)
+            for c in range(4)
+        ],
+        axis=1,
+    ).reshape(-1, 4)
+    return matrix, children, edges, quad_edges
+
+
+def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
+    """Subdivide each cage quad (f, 4) `level` (f,) times, 0 upwards, without cracks."""
+    depth = int(level.max())
+    matrices = [sp.identity(n, format="csr")]
+    meshes = [np.asarray(quads, dtype=np.int64)]
+    edge_tables, quad_edge_tables = [], []
+    for _ in range(depth):
+        step, children, edges, quad_edges = catmull_clark(meshes[-1], matrices[-1].shape[0])
+        matrices.append((step @ matrices[-1]).tocsr())
+        meshes.append(children)
+        edge_tables.append(edges)
+        quad_edge_tables.append(quad_edges)
+    # A quad of step s that is no leaf has children; an edge is split where a neighbour has some.
+    split = []
+    for s in range(depth):
+        deeper = np.repeat(level, 4**s) > s
+        edge_split = np.zeros(len(edge_tables[s]), dtype=bool)
+        edge_split[quad_edge_tables[s][deeper].ravel()] = True
+        split.append(edge_split)
+    child_edge = [_child_edges(edge_tables, s, matrices[s].shape[0]) for s in range(depth - 1)]
+
+    def along(s: int, edge: int, a: int) -> list[int]:
+        """Vertices on the edge of step s seen from its end a, without the far end."""
+        if s >= depth or not split[s][edge]:
+            return [a]
+        middle = matrices[s].shape[0] + edge
+        if s + 1 >= depth:
+            return [a, middle]
+        ends = edge_tables[s][edge]
+        b = ends[0] + ends[1] - a
+        first = child_edge[s][(edge, a)]
+        second = child_edge[s][(edge, b)]
+        return along(s + 1, first, a) + along(s + 1, second, middle)
+
+    polygons: list[list[int]] = []
+    source: list[int] = []
+    for s in range(depth + 1):
+        leaf = np.flatnonzero(np.repeat(level, 4**s) == s)
+        for i in leaf:
+            quad = meshes[s][i]
+            if s == depth:
+                ring = list(quad)
+            else:
+                ring = []
+                for c in range(4):
+                    ring += along(s, quad_edge_tables[s][i, c], quad[c])
+            if len(ring) == 4:
+                polygons.append(ring)
+                source.append(i // 4**s)
+            else:
+                centre = matrices[s].shape[0] + len(edge_tables[s]) + i
+                for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
+                    polygons.append([a, b, centre])
+                    source.append(i // 4**s)
+    flat = np.array([v for p in polygons for v in p], dtype=np.int64)
+    used, flat = np.unique(flat, return_inverse=True)
+    matrix = _rows_at_depth(matrices, used, meshes, depth)
+    sizes = np.array([len(p) for p in polygons])
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    return Refined(
+        matrix, flat.astype(np.int32), starts.astype(np.int32), np.array(source, dtype=np.int32)
+    )
+
+
+def _child_edges(edge_tables: list[NDArray], s: int, n: int) -> dict[tuple[int, int], int]:
+    """(edge of step s, its end) -> the edge of step s + 1 from that end to the edge point."""
+    edges = edge_tables[s + 1]
+    number = {(int(a), int(b)): k for k, (a, b) in enumerate(edges)}
+    table = {}
+    for k, (a, b) in enumerate(edge_tables[s]):
+        for end in (int(a), int(b)):
+            found = number.get((min(end, n + k), max(end, n + k)))
+            if found is not None:
+                table[(k, end)] = found
+    return table
+
+
+def _rows_at_depth(matrices, used, meshes, depth) -> sp.csr_matrix:
+    """Rows of the deepest matrix: a vertex keeps its number in all steps after its own.
+
+    All vertices take their place in the deepest mesh, so that coarse and fine leaves meet.
+    """
+    return matrices[depth][used].tocsr().astype(np.float32)
+
+
+def triangulate(polygon_vertices: NDArray, polygon_starts: NDArray) -> NDArray[np.int32]:
+    """Triangles (t, 3) of quads and triangles; a quad gives two neighbouring ones."""
+    sizes = np.diff(np.append(polygon_starts, len(polygon_vertices)))
+    fans = []
+    for size in np.unique(sizes):
+        ring = polygon_vertices[polygon_starts[sizes == size][:, None] + np.arange(size)]
+        order = np.flatnonzero(sizes == size)
+        for k in range(1, size - 1):
+            fans.append((order, ring[:, [0, k, k + 1]]))
+    order = np.concatenate([o for o, _ in fans])
+    triangles = np.concatenate([t for _, t in fans])
+    return triangles[np.argsort(order, kind="stable")].astype(np.int32)
