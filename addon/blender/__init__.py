@@ -1,0 +1,71 @@
+"""The Blender shell: a sidebar tab, a button, sliders. Everything it knows comes from the core.
+
+The same folder works as an extension (Blender 4.2 and newer, the core comes as wheels), as an
+add-on of older versions (the core lies in a folder `core` beside this file) and as the module
+`addon.blender` (the tests). Hence: relative imports inside, absolute ones for the core.
+"""
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+bl_info = {
+    "name": "Sketch to Face",
+    "author": "Sketch to Face contributors",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "3D View > Sidebar > Sketch to Face",
+    "description": "A drawing of a face becomes a posable 3D face",
+    "category": "Mesh",
+}
+
+_BUNDLED_CORE = Path(__file__).parent / "core"
+
+
+def _find_core() -> None:
+    """Make the core importable, or say in one sentence what is missing.
+
+    Blender puts an extension's wheels on the path by itself. Before 4.2 nobody does, so the
+    add-on for those versions brings the core in a folder of its own. It goes to the end of the
+    path: what Blender or the artist has installed wins.
+    """
+    if find_spec("numpy") is None:
+        raise ImportError(
+            "Sketch to Face needs numpy, which this Blender does not have: install it for "
+            "Blender's Python (Debian and Ubuntu: apt install python3-numpy)."
+        )
+    if find_spec("snakes") is None and _BUNDLED_CORE.is_dir():
+        if sys.version_info[:2] != (3, 11):
+            raise ImportError(
+                "Sketch to Face needs a Blender with Python 3.11 (Blender 4.1 to 5.0), "
+                f"this one has {sys.version_info[0]}.{sys.version_info[1]}."
+            )
+        sys.path.append(str(_BUNDLED_CORE))
+    if find_spec("snakes") is None:
+        raise ImportError(
+            "Sketch to Face cannot find its own core: install the zip file that `make addon` "
+            "builds instead of this folder."
+        )
+
+
+_find_core()
+
+from . import operators, panel, properties, reporting  # noqa: E402  (the core must be found first)
+
+_MODULES = (properties, operators, panel)
+
+
+def register() -> None:
+    """Add the tab and its operators to Blender."""
+    reporting.register(__package__)
+    for module in _MODULES:
+        module.register()
+
+
+def unregister() -> None:
+    """Take everything away again, in reverse."""
+    for module in reversed(_MODULES):
+        module.unregister()
+    reporting.unregister()
+    if str(_BUNDLED_CORE) in sys.path:
+        sys.path.remove(str(_BUNDLED_CORE))

@@ -1,0 +1,173 @@
+"""The buttons. Each reads the context, calls the core, writes back, reports."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty
+
+from . import properties
+from .reporting import reported
+
+FITTED = "Fitted"
+
+
+def active_face(context) -> bpy.types.Object | None:
+    """The face that the artist works on: the active object, or the one its rig carries."""
+    active = context.active_object
+    if active is None:
+        return None
+    for candidate in (active, *active.children):
+        if (
+            candidate.type == "MESH"
+            and candidate.sketch_to_face.is_face
+            and candidate.data.shape_keys is not None
+        ):
+            return candidate
+    return None
+
+
+def _frame(context, face: bpy.types.Object) -> None:
+    """Look at the face's front in the 3D view that the button is in (a head is 25 cm tall)."""
+    area = context.area
+    if area is None or area.type != "VIEW_3D" or bpy.app.background:
+        return
+    region = next((r for r in area.regions if r.type == "WINDOW"), None)
+    if region is None:
+        return
+    with context.temp_override(area=area, region=region, active_object=face,
+                               selected_objects=[face]):  # fmt: skip
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+
+
+class SKETCHTOFACE_OT_fit(bpy.types.Operator):
+    """Read the sketch and build its face: expression, head and details as sliders"""
+
+    bl_idname = "sketch_to_face.fit"
+    bl_label = "Sketch to Face"
+    bl_options = {"REGISTER", "UNDO"}
+    __annotations__ = {
+        "frame": BoolProperty(
+            name="Look at it", description="Turn the 3D view to the new face", default=True
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """Only in Object Mode: a new object cannot be added anywhere else."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to Object Mode first")
+            return False
+        return True
+
+    def execute(self, context):
+        """Fit, build, remember, frame."""
+        settings = context.scene.sketch_to_face
+        if context.window:
+            context.window.cursor_modal_set("WAIT")
+        try:
+            with reported(self) as outcome:
+                face, fit = self._make(context, settings)
+        finally:
+            if context.window:
+                context.window.cursor_modal_restore()
+        if outcome.failed:
+            return {"CANCELLED"}
+        if self.frame:
+            _frame(context, face)
+        names = [name for name, active in fit.detection.active.items() if active]
+        self.report({"INFO"}, f"{face.name}: {', '.join(names) or 'no expression found'}")
+        return {"FINISHED"}
+
+    def _make(self, context, settings):
+        from addon import pipeline
+        from facs_rig.blender import build_face
+
+        if not settings.sketch.strip():
+            raise ValueError("No sketch is chosen: pick the image of a drawn face first.")
+        path = Path(bpy.path.abspath(settings.sketch)).expanduser()
+        options = pipeline.FitOptions(tweakables=properties.tweakables(settings.tweakables))
+        fit = pipeline.fit(path, options)
+        face = build_face(
+            path.stem,
+            fit.rig,
+            fit.parameters,
+            fit.offsets,
+            collection=context.collection,
+            location=context.scene.cursor.location,
+        )
+        properties.remember(face, settings.sketch, fit)
+        for selected in context.selected_objects:
+            selected.select_set(False)
+        face.select_set(True)
+        context.view_layer.objects.active = face
+        return face, fit
+
+
+class SKETCHTOFACE_OT_reset_sliders(bpy.types.Operator):
+    """Set the sliders of the face back"""
+
+    bl_idname = "sketch_to_face.reset_sliders"
+    bl_label = "Reset Sliders"
+    bl_options = {"REGISTER", "UNDO"}
+    __annotations__ = {
+        "to": EnumProperty(
+            name="To",
+            items=[
+                ("SKETCH", "As Drawn", "The expression that was read from the sketch"),
+                ("NEUTRAL", "Neutral", "A face at rest; the fitted details stay"),
+            ],
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """A face must be active."""
+        if active_face(context) is None:
+            cls.poll_message_set("Select a face that Sketch to Face made")
+            return False
+        return True
+
+    def execute(self, context):
+        """Write the values to the shape keys."""
+        face = active_face(context)
+        drawn = {item.name: item.value for item in face.sketch_to_face.expression}
+        keys = face.data.shape_keys
+        for key in keys.key_blocks:
+            if key == keys.reference_key:
+                continue
+            if self.to == "SKETCH":
+                key.value = drawn.get(key.name, 0.0)
+            elif key.name != FITTED:
+                key.value = 0.0
+        return {"FINISHED"}
+
+
+class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
+    """Set every tweakable back to the value of the thesis"""
+
+    bl_idname = "sketch_to_face.default_tweakables"
+    bl_label = "Defaults"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Unset the properties."""
+        group = context.scene.sketch_to_face.tweakables
+        for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
+            group.property_unset(name)
+        return {"FINISHED"}
+
+
+CLASSES = (SKETCHTOFACE_OT_fit, SKETCHTOFACE_OT_reset_sliders, SKETCHTOFACE_OT_default_tweakables)
+
+
+def register() -> None:
+    """Register the operators."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """The reverse of register."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,156 @@
+"""The tab "Sketch to Face" in the sidebar of the 3D view."""
+
+import bpy
+
+from facs_rig import CONTROLS
+
+from . import operators, properties
+
+TAB = "Sketch to Face"
+REGIONS = {"upper": "Upper Face", "mid": "Middle Face", "lower": "Lower Face"}
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = TAB
+
+
+class _OfFace(_Tab):
+    """A panel that shows only while a face is active."""
+
+    @classmethod
+    def poll(cls, context):
+        """Nothing to show without a face."""
+        return operators.active_face(context) is not None
+
+
+class SKETCHTOFACE_PT_sketch(_Tab, bpy.types.Panel):
+    """The sketch and the big button."""
+
+    bl_idname = "SKETCHTOFACE_PT_sketch"
+    bl_label = "Sketch to Face"
+    bl_order = 0
+
+    def draw(self, context):
+        """File field, button."""
+        column = self.layout.column()
+        column.prop(context.scene.sketch_to_face, "sketch", text="")
+        button = column.column()
+        button.scale_y = 1.8
+        button.operator(operators.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
+
+
+class SKETCHTOFACE_PT_tweakables(_Tab, bpy.types.Panel):
+    """The thesis' table, folded away."""
+
+    bl_idname = "SKETCHTOFACE_PT_tweakables"
+    bl_parent_id = SKETCHTOFACE_PT_sketch.bl_idname
+    bl_label = "Tweakables"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """One row each, then the defaults button."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        group = context.scene.sketch_to_face.tweakables
+        column = layout.column()
+        for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
+            column.prop(group, name)
+        layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
+
+
+class SKETCHTOFACE_PT_detected(_OfFace, bpy.types.Panel):
+    """What was read from the sketch."""
+
+    bl_idname = "SKETCHTOFACE_PT_detected"
+    bl_label = "Read From the Sketch"
+    bl_order = 1
+
+    def draw(self, context):
+        """A row for each action unit: found or not, how sure."""
+        face = operators.active_face(context)
+        column = self.layout.column(align=True)
+        column.scale_y = 0.85
+        for item in face.sketch_to_face.detections:
+            row = column.row(align=True)
+            row.active = item.active
+            icon = "CHECKMARK" if item.active else "BLANK1"
+            if hasattr(row, "progress"):  # Blender 4.0 and newer
+                row.label(text=LABELS.get(item.name, item.name), icon=icon)
+                row.progress(factor=item.probability, text=f"{item.probability:.0%}")
+            else:
+                split = row.split(factor=0.72, align=True)
+                split.label(text=LABELS.get(item.name, item.name), icon=icon)
+                value = split.row()
+                value.alignment = "RIGHT"
+                value.label(text=f"{item.probability:.0%}")
+
+
+class SKETCHTOFACE_PT_sliders(_OfFace, bpy.types.Panel):
+    """The shape keys of the face."""
+
+    bl_idname = "SKETCHTOFACE_PT_sliders"
+    bl_label = "Sliders"
+    bl_order = 2
+
+    def draw(self, context):
+        """The fitted details, and the two ways back."""
+        face = operators.active_face(context)
+        column = self.layout.column()
+        fitted = face.data.shape_keys.key_blocks.get(operators.FITTED)
+        if fitted is not None:
+            column.prop(fitted, "value", text="Fitted to the Strokes", slider=True)
+        row = column.row(align=True)
+        reset = operators.SKETCHTOFACE_OT_reset_sliders.bl_idname
+        row.operator(reset, text="As Drawn").to = "SKETCH"
+        row.operator(reset, text="Neutral").to = "NEUTRAL"
+
+
+def _region_panel(region: str, label: str) -> type:
+    """The sub-panel with the sliders of one third of the face."""
+    names = [(control.name, control.label) for control in CONTROLS if control.region == region]
+
+    def draw(self, context):
+        keys = operators.active_face(context).data.shape_keys.key_blocks
+        column = self.layout.column(align=True)
+        for name, text in names:
+            key = keys.get(name)
+            if key is not None:
+                column.prop(key, "value", text=text, slider=True)
+
+    return type(
+        f"SKETCHTOFACE_PT_{region}",
+        (_OfFace, bpy.types.Panel),
+        {
+            "__doc__": f"Sliders of the {label.lower()}.",
+            "bl_idname": f"SKETCHTOFACE_PT_{region}",
+            "bl_parent_id": SKETCHTOFACE_PT_sliders.bl_idname,
+            "bl_label": label,
+            "draw": draw,
+        },
+    )
+
+
+LABELS = {control.name: control.label for control in CONTROLS}
+
+CLASSES = (
+    SKETCHTOFACE_PT_sketch,
+    SKETCHTOFACE_PT_tweakables,
+    SKETCHTOFACE_PT_detected,
+    SKETCHTOFACE_PT_sliders,
+    *(_region_panel(region, label) for region, label in REGIONS.items()),
+)
+
+
+def register() -> None:
+    """Register the panels, parents first."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """The reverse of register."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

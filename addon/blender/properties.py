@@ -1,0 +1,161 @@
+"""What Blender keeps: the sketch and the tweakables (scene), what was read from it (object)."""
+
+import dataclasses
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from snakes import Tweakables
+
+_LIMITS = {"minimum": "min", "maximum": "max"}
+
+
+def label(field: dataclasses.Field) -> str:
+    """`max_delta` -> "Max Delta", unless the table has a label of its own."""
+    return field.metadata.get("label") or field.name.replace("_", " ").title()
+
+
+def blender_property(field: dataclasses.Field):
+    """The Blender property of one tweakable: type, limits and tooltip as the table has them."""
+    unit = field.metadata.get("unit")
+    text = field.metadata.get("help", "").strip().rstrip(".")
+    common = {
+        "name": label(field),
+        "description": f"{text} (in {unit})" if unit else text,
+        "default": field.default,
+    }
+    choices = field.metadata.get("choices")
+    if choices:
+        items = [(c, str(c).replace("_", " ").replace("-", " ").capitalize(), "") for c in choices]
+        return EnumProperty(items=items, **common)
+    if isinstance(field.default, bool):
+        return BoolProperty(**common)
+    limits = {to: field.metadata[key] for key, to in _LIMITS.items()
+              if field.metadata.get(key) is not None}  # fmt: skip
+    if isinstance(field.default, int):
+        return IntProperty(**limits, **common)
+    if isinstance(field.default, float):
+        return FloatProperty(precision=2, **limits, **common)
+    raise TypeError(f"tweakable {field.name}: no Blender property for {field.default!r}")
+
+
+SKETCHTOFACE_PG_tweakables = type(
+    "SKETCHTOFACE_PG_tweakables",
+    (bpy.types.PropertyGroup,),
+    {
+        "__doc__": "The thesis' table of tweakables, one property each.",
+        "__annotations__": {f.name: blender_property(f) for f in dataclasses.fields(Tweakables)},
+    },
+)
+
+
+def tweakables(group) -> Tweakables:
+    """The core's Tweakables of a property group.
+
+    Blender keeps 32-bit floats; six digits are what the artist sees and all that they hold.
+    """
+    values = {}
+    for field in dataclasses.fields(Tweakables):
+        value = getattr(group, field.name)
+        values[field.name] = float(f"{value:.6g}") if isinstance(value, float) else value
+    return Tweakables(**values)
+
+
+class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
+    """The settings of the tab, kept in the scene."""
+
+    __annotations__ = {
+        "sketch": StringProperty(
+            name="Sketch",
+            description="The drawing of a face: PNG, JPEG or whatever your scanner writes",
+            subtype="FILE_PATH",
+        ),
+        "tweakables": PointerProperty(type=SKETCHTOFACE_PG_tweakables),
+    }
+
+
+class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
+    """One action unit as it was read from the sketch; `name` is the control's name."""
+
+    __annotations__ = {
+        "probability": FloatProperty(name="Probability", min=0.0, max=1.0, subtype="FACTOR"),
+        "active": BoolProperty(name="Active"),
+        "intensity": FloatProperty(name="Intensity", min=0.0, max=5.0),
+    }
+
+
+class SKETCHTOFACE_PG_slider(bpy.types.PropertyGroup):
+    """The value that a shape key got from the sketch; `name` is the key's name."""
+
+    __annotations__ = {"value": FloatProperty(name="Value")}
+
+
+class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
+    """What a face object remembers of its sketch."""
+
+    __annotations__ = {
+        "is_face": BoolProperty(name="Made by Sketch to Face"),
+        "sketch": StringProperty(name="Sketch", description="The drawing that this face is from"),
+        "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
+        "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
+        "contour_error_px": FloatVectorProperty(
+            name="Contour error",
+            description="Pixels between the sketch and the template, the expression, the fit",
+            size=3,
+        ),
+    }
+
+
+def remember(face, sketch: str, fit) -> None:
+    """Write what `fit` (addon.pipeline.FaceFit) says of the sketch to the face object."""
+    settings = face.sketch_to_face
+    settings.is_face = True
+    settings.sketch = sketch
+    settings.detections.clear()
+    for name, probability in fit.detection.probabilities.items():
+        item = settings.detections.add()
+        item.name = name
+        item.probability = probability
+        item.active = fit.detection.active[name]
+        item.intensity = fit.detection.intensities[name]
+    settings.expression.clear()
+    for key in list(face.data.shape_keys.key_blocks)[1:]:  # all but the basis
+        item = settings.expression.add()
+        item.name = key.name
+        item.value = key.value
+    error = fit.contour_error_px
+    settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]
+
+
+CLASSES = (
+    SKETCHTOFACE_PG_tweakables,
+    SKETCHTOFACE_PG_scene,
+    SKETCHTOFACE_PG_detection,
+    SKETCHTOFACE_PG_slider,
+    SKETCHTOFACE_PG_face,
+)
+
+
+def register() -> None:
+    """Register the groups and hang them on scenes and objects."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_scene)
+    bpy.types.Object.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_face)
+
+
+def unregister() -> None:
+    """The reverse of register."""
+    del bpy.types.Object.sketch_to_face
+    del bpy.types.Scene.sketch_to_face
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,79 @@
+"""What the artist hears of an error: one sentence for an expected one, a log for the rest."""
+
+import contextlib
+import logging
+import os
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+
+import bpy
+
+LOG_NAME = "sketch_to_face.log"
+RAISE = "SKETCH_TO_FACE_RAISE"  # environment variable: tests and developers want the traceback
+
+_log = logging.getLogger(__name__)
+_package = __package__
+
+
+def register(package: str) -> None:
+    """Remember under which name Blender knows this add-on."""
+    global _package
+    _package = package
+
+
+def unregister() -> None:
+    """Let go of the log file."""
+    for handler in list(_log.handlers):
+        _log.removeHandler(handler)
+        handler.close()
+
+
+def log_path() -> Path:
+    """The log file; its folder is made when it is missing."""
+    try:
+        folder = bpy.utils.extension_path_user(_package, create=True)
+    except (AttributeError, ValueError):  # before 4.2, or not installed as an extension
+        folder = bpy.utils.user_resource("CONFIG", path="sketch_to_face", create=True)
+    return Path(folder) / LOG_NAME
+
+
+def _write_log(title: str) -> Path:
+    path = log_path()
+    if not _log.handlers:
+        handler = RotatingFileHandler(
+            path, maxBytes=1_000_000, backupCount=1, encoding="utf-8", delay=True
+        )
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        _log.addHandler(handler)
+    _log.exception("%s failed in Blender %s", title, bpy.app.version_string)
+    return path
+
+
+@contextlib.contextmanager
+def reported(operator: bpy.types.Operator):
+    """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
+
+    A ValueError (SketchError is one) is what the artist can mend: its sentence is shown as it
+    is. Anything else is our fault: it goes whole to the log file, and the report names the file.
+    """
+    outcome = Outcome()
+    try:
+        yield outcome
+    except (ValueError, FileNotFoundError) as error:
+        outcome.failed = True
+        _log.info("%s: %s", operator.bl_label, error)
+        operator.report({"ERROR"}, str(error))
+    except Exception as error:
+        outcome.failed = True
+        path = _write_log(operator.bl_label)
+        if os.environ.get(RAISE):
+            raise
+        operator.report(
+            {"ERROR"}, f"{operator.bl_label} broke ({type(error).__name__}); details: {path}"
+        )
+
+
+class Outcome:
+    """Whether the block under `reported` failed."""
+
+    failed = False

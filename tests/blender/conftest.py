@@ -1,0 +1,75 @@
+"""Blender as a Python module, reset to an empty file before each test."""
+
+from __future__ import annotations
+
+import os
+import warnings
+
+import pytest
+
+# Unexpected errors are raised in tests instead of going to the log file.
+os.environ.setdefault("SKETCH_TO_FACE_RAISE", "1")
+
+with warnings.catch_warnings():
+    # bpy's own start-up scripts are not ours to mend.
+    warnings.simplefilter("ignore")
+    bpy = pytest.importorskip("bpy", reason="Blender as a module is missing: pip install bpy")
+
+from pathlib import Path  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[2]
+SKETCH = ROOT / "addon" / "sketches" / "smiling_woman.png"
+
+
+@pytest.fixture(autouse=True)
+def empty_blender():
+    """An empty file, no add-on, and an undo history that starts here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.ed.undo_push(message="start")
+
+
+@pytest.fixture
+def shell(empty_blender):
+    """The add-on, registered for one test."""
+    import addon.blender as module
+
+    module.register()
+    yield module
+    module.unregister()
+
+
+@pytest.fixture(scope="session")
+def rig():
+    """The rig that ships."""
+    from facs_rig import load_rig
+
+    return load_rig()
+
+
+@pytest.fixture(scope="session")
+def sketch() -> Path:
+    """A drawing that ships in the repository."""
+    return SKETCH
+
+
+@pytest.fixture
+def evaluated():
+    """Function: the vertices of an object after keys, modifiers and transforms, core axes."""
+    import numpy as np
+
+    def vertices(face):
+        bpy.context.view_layer.update()
+        graph = bpy.context.evaluated_depsgraph_get()
+        graph.update()
+        final = face.evaluated_get(graph)
+        mesh = final.to_mesh()
+        flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+        mesh.vertices.foreach_get("co", flat)
+        final.to_mesh_clear()
+        world = np.array(final.matrix_world)
+        points = flat.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]
+        return np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1)
+
+    return vertices
