@@ -1,0 +1,18 @@
+"""Active contours that pull a posed face to the lines of a sketch (the thesis, chapter 3)."""
+
+from .alignment import align, align_box, align_landmarks, ink_box, parse_box
+from .fit import Fit, fit_offsets
+from .tweakables import WORKING_SIZE, Tweakables, describe
+
+__all__ = [
+    "WORKING_SIZE",
+    "Fit",
+    "Tweakables",
+    "align",
+    "align_box",
+    "align_landmarks",
+    "describe",
+    "fit_offsets",
+    "ink_box",
+    "parse_box",
+]

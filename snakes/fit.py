@@ -1,0 +1,334 @@
+"""The snakes stage: a drawing and a posed face in, offsets for its vertices out (thesis, ch. 3)."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.sparse import csr_matrix
+
+from facs_rig import Camera, FaceParameters, FaceRig, rasterise, shade, visible
+from facs_rig.mesh import vertex_normals
+
+from .active import FEWEST, relax
+from .contours import Box, cut_at_corners, find_lines, working_drawing
+from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
+from .mapping import pixels_to_vertices, world_moves
+from .offsets import proportional_edit, reach_of, smoothing_matrix, symmetrise
+from .parts import carry_parts
+from .tweakables import WORKING_SIZE, Tweakables
+
+__all__ = ["Fit", "expression_render", "fit_offsets", "head_box"]
+
+MARGIN = 0.06
+"""Room around the projected face, as a fraction of its width and height."""
+FINER = 2
+"""The render is made this many times finer than the working image and then averaged."""
+BLUR = 1.0
+"""Standard deviation, working pixels, of the blur that lets snakes feel a line from beside it."""
+BROAD = 4.0
+"""Standard deviation, working pixels, of the broad shading that is taken out of the render."""
+INKED = 0.3
+"""Brightness that is left where a brow or an iris is drawn on the surface."""
+SLOPE = 0.08
+"""Brightness per pixel by which the ground around the face rises with the distance from it."""
+DEPTH = 4.0
+"""How many times farther than sideways a movement reaches along the line of sight.
+
+An outline is where the surface turns away; moved alone it would become a groove or a flange."""
+PASSES = 2
+"""The second pass moves what the averaging of the first left over."""
+SMOOTHINGS = 6
+"""How often the movements are averaged with those of the neighbouring vertices."""
+SHORTEST_UNMATCHED = 0.05
+"""A stretch without a match is reported from this length on, as a fraction of the box' height."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What the snakes stage found; pixels are (u, v) of the drawing unless said otherwise.
+
+    offsets : (n, 3) float32, metres, in the frame of the upright head, ready for FaceRig.shape
+    unmatched : list of (k, 2) float64, lines of the drawing that nothing on the face answers to
+    contours, snakes : lists of (k, 2) float64, each contour before and after it settled
+    used : list of (k,) bool, the snake points whose delta counts
+    deltas : PixelDeltas in pixels of the working image, those that were applied
+    box : (left, top, right, bottom), the crop
+    drawing, render : (200, 91) float32, the two working images
+    timings_s : seconds for each step
+    """
+
+    offsets: NDArray[np.float32]
+    unmatched: list[NDArray[np.float64]]
+    contours: list[NDArray[np.float64]]
+    snakes: list[NDArray[np.float64]]
+    used: list[NDArray[np.bool_]]
+    deltas: PixelDeltas
+    box: Box
+    drawing: NDArray[np.float32]
+    render: NDArray[np.float32]
+    timings_s: dict[str, float]
+
+
+def fit_offsets(
+    drawing: NDArray[np.floating],
+    rig: FaceRig,
+    parameters: FaceParameters,
+    camera: Camera,
+    tweakables: Tweakables | None = None,
+) -> Fit:
+    """Find the offsets that bring the lines of a posed face to those of a drawing.
+
+    Parameters
+    ----------
+    drawing : (h, w) float, 1 is paper, 0 is ink
+    parameters : expression, identity and head of the face
+    camera : of the drawing's pixels, h x w, in which the face covers that of the drawing
+    tweakables : the defaults of the thesis if not given
+
+    Raises ValueError when the drawing and the camera differ in size or the face is out of sight.
+    """
+    settings = tweakables or Tweakables()
+    if drawing.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"The camera is made for a drawing of {camera.width}x{camera.height} pixels, "
+            f"this one has {drawing.shape[1]}x{drawing.shape[0]}."
+        )
+    clock = _Clock()
+    posed = rig.pose(parameters)
+    box = head_box(posed, camera)
+    small = camera.cropped(*box, *WORKING_SIZE)
+    render, candidates, covered = expression_render(rig, posed, small)
+    clock.lap("render")
+
+    working = working_drawing(drawing, box)
+    lines = find_lines(working, settings.gap_closing, settings.thinning_iterations)
+    contours, strays = _near_face(lines, covered, settings)
+    clock.lap("contours")
+
+    snakes = relax(render, contours, settings)
+    clock.lap("snakes")
+
+    found, used = _collect(contours, snakes, render, settings.max_delta)
+    agreeing = consistent(found)
+    found = PixelDeltas(found.pixels[agreeing], found.deltas[agreeing], found.counts[agreeing])
+    used = _only_from(found.pixels, snakes, used)
+    clock.lap("deltas")
+
+    offsets = _apply(found, rig, parameters, posed, candidates, small, settings)
+    clock.lap("offsets")
+
+    cell = np.array([(box[2] - box[0]) / WORKING_SIZE[0], (box[3] - box[1]) / WORKING_SIZE[1]])
+    corner = np.array(box[:2])
+    shortest = SHORTEST_UNMATCHED * (box[3] - box[1])
+    lost = strays + [
+        contour[part]
+        for contour, taken in zip(contours, used, strict=True)
+        for part in runs(~taken, 2)
+    ]
+    unmatched = [line * cell + corner for line in lost]
+    unmatched = [
+        line
+        for line in unmatched
+        if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() >= shortest
+    ]
+    return Fit(
+        offsets=offsets.astype(np.float32),
+        unmatched=unmatched,
+        contours=[line * cell + corner for line in contours],
+        snakes=[line * cell + corner for line in snakes],
+        used=used,
+        deltas=found,
+        box=box,
+        drawing=working,
+        render=render,
+        timings_s=clock.laps,
+    )
+
+
+def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
+    """The crop: the box around the projected face (n, 3) and some room, in the camera's pixels.
+
+    Raises ValueError when the face is outside the camera's picture.
+    """
+    pixels = camera.project(posed)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    if (high < 0).any() or low[0] > camera.width or low[1] > camera.height:
+        raise ValueError("The face is outside the sketch; check the alignment.")
+    room = MARGIN * (high - low)
+    left, top = low - room
+    right, bottom = high + room
+    return float(left), float(top), float(right), float(bottom)
+
+
+def expression_render(
+    rig: FaceRig, posed: NDArray[np.floating], camera: Camera
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """The picture that draws the snakes, which vertices can be moved, and where the face is.
+
+    The headlight-shaded face, antialiased and slightly blurred. White ground would be flat and
+    leave a snake outside the face where it is, so the ground rises from the brightness of the
+    nearest skin by SLOPE per pixel (and may pass 1): a drawn outline beyond the face's slides in.
+
+    Returns
+    -------
+    render : (h, w) float32, the camera's size
+    candidates : (n,) bool, the visible skin vertices, which face the viewer
+    covered : (h, w) bool, the pixels where the face is
+    """
+    width, height = camera.width, camera.height
+    fine = camera.cropped(0, 0, width, height, width * FINER, height * FINER)
+    # Lashes would hide the lids' own lines.
+    triangles = rig.triangles[~rig.parts["lashes"][rig.triangles].any(axis=1)]
+    buffers = rasterise(posed, triangles, fine)
+    shaded = shade(posed, triangles, fine, buffers)
+    face = buffers.triangle >= 0
+    _draw_strokes(shaded, rig, posed, fine, face)
+    if face.any():
+        broad = gaussian_filter(np.where(face, shaded, 0.0), BROAD * FINER)
+        broad /= np.maximum(gaussian_filter(face.astype(np.float32), BROAD * FINER), 1e-6)
+        shaded = np.where(face, 0.5 + shaded - broad, 0.5)
+        away, nearest = distance_transform_edt(~face, return_indices=True)
+        ground = shaded[nearest[0], nearest[1]] + SLOPE * away / FINER
+        shaded = np.where(face, shaded, ground)
+    blurred = gaussian_filter(shaded, BLUR * FINER, mode="nearest")
+    blocks = (height, FINER, width, FINER)
+    render = blurred.reshape(blocks).mean(axis=(1, 3)).astype(np.float32)
+    covered = face.reshape(blocks).mean(axis=(1, 3)) > 0.5
+    facing = vertex_normals(posed, rig.triangles)[:, 2] > 0.0
+    return render, rig.parts["skin"] & facing & visible(posed, fine, buffers), covered
+
+
+def _draw_strokes(
+    image: NDArray[np.float32],
+    rig: FaceRig,
+    posed: NDArray[np.floating],
+    camera: Camera,
+    face: NDArray[np.bool_],
+) -> None:
+    """Darken `image` along the brows and irises that lie on the surface, in place."""
+    for name in rig.strokes:
+        pixels = camera.project(rig.stroke_points(posed, name))
+        steps = np.linspace(0, len(pixels) - 1, 12 * len(pixels))
+        along = np.arange(len(pixels))
+        column = np.interp(steps, along, pixels[:, 0]).astype(np.intp)
+        row = np.interp(steps, along, pixels[:, 1]).astype(np.intp)
+        inside = (column >= 0) & (row >= 0) & (column < camera.width) & (row < camera.height)
+        column, row = column[inside], row[inside]
+        on = face[row, column]
+        image[row[on], column[on]] *= INKED
+
+
+def _near_face(
+    lines: list[NDArray[np.float64]], covered: NDArray[np.bool_], settings: Tweakables
+) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+    """Cut the contours into what can reach the face and what is too far from it to be tried."""
+    away = distance_transform_edt(~covered) if covered.any() else np.full(covered.shape, np.inf)
+    height, width = covered.shape
+    near: list[NDArray[np.float64]] = []
+    far: list[NDArray[np.float64]] = []
+    for line in lines:
+        column = np.clip(line[:, 0].astype(np.intp), 0, width - 1)
+        row = np.clip(line[:, 1].astype(np.intp), 0, height - 1)
+        reachable = away[row, column] <= settings.max_delta
+        if reachable.all() and settings.snake_type == "periodic":
+            line, reachable = line[:-1], reachable[:-1]
+        if settings.snake_type == "periodic" and not reachable.all():
+            reachable[:] = False
+        for part in runs(reachable, FEWEST):
+            whole = settings.snake_type == "periodic"
+            near += [line[part]] if whole else cut_at_corners(line[part], FEWEST)
+        far += [line[part] for part in runs(~reachable, 2)]
+    return near, far
+
+
+def _collect(
+    contours: list[NDArray[np.float64]],
+    snakes: list[NDArray[np.float64]],
+    render: NDArray[np.float32],
+    max_delta: float,
+) -> tuple[PixelDeltas, list[NDArray[np.bool_]]]:
+    if not contours:
+        empty = np.zeros((0, 2))
+        return PixelDeltas(empty.astype(np.intp), empty, np.zeros(0, dtype=np.intp)), []
+    before, after = np.concatenate(contours), np.concatenate(snakes)
+    usable = direct(before, after) & on_line(render, after)
+    found, used = pixel_deltas(before, after, WORKING_SIZE, max_delta, usable)
+    return found, np.split(used, np.cumsum([len(line) for line in contours])[:-1])
+
+
+def _only_from(
+    pixels: NDArray[np.intp], snakes: list[NDArray[np.float64]], used: list[NDArray[np.bool_]]
+) -> list[NDArray[np.bool_]]:
+    """Take back the points whose pixel did not pass."""
+    kept = np.zeros(WORKING_SIZE[::-1], dtype=bool)
+    kept[pixels[:, 1], pixels[:, 0]] = True
+    result = []
+    for snake, flags in zip(snakes, used, strict=True):
+        at = np.floor(np.where(flags[:, None], snake, 0.0)).astype(np.intp)
+        result.append(flags & kept[at[:, 1], at[:, 0]])
+    return result
+
+
+def _apply(
+    found: PixelDeltas,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    posed: NDArray[np.floating],
+    candidates: NDArray[np.bool_],
+    camera: Camera,
+    settings: Tweakables,
+) -> NDArray[np.float64]:
+    """Move the vertices under the pixels and the skin around them; (n, 3) metres, head upright."""
+    at = pixels_to_vertices(found.pixels, posed, candidates, camera, settings.low_depth_preference)
+    moves = world_moves(found.deltas[at >= 0], posed[at[at >= 0]], camera)
+    handles, owner, counts = np.unique(at[at >= 0], return_inverse=True, return_counts=True)
+    mean = np.zeros((len(handles), 3))
+    np.add.at(mean, owner, moves)
+    mean /= np.maximum(counts, 1)[:, None]
+    skin = np.flatnonzero(rig.parts["skin"])
+    place = np.full(len(posed), -1, dtype=np.intp)
+    place[skin] = np.arange(len(skin))
+    flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
+    smoother = _skin_smoother(rig)
+    offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
+    for _ in range(PASSES):
+        left = mean - offsets[handles]
+        reach = reach_of(left, settings.soft_select_distance / 100.0)
+        moved, weight = proportional_edit(
+            flattened, place[handles], left, reach, settings.soft_select_curve
+        )
+        for _ in range(SMOOTHINGS):
+            moved = smoother @ moved
+        offsets[skin] += moved
+        weights[skin] = np.maximum(weights[skin], weight)
+    offsets = rig.unturn_vectors(offsets, parameters).astype(np.float64)
+    if settings.mirror:
+        offsets = symmetrise(offsets, rig.mirror, np.minimum(weights, 1.0))
+    return carry_parts(rig, rig.shape(parameters), offsets)
+
+
+@lru_cache(maxsize=2)
+def _skin_smoother(rig: FaceRig) -> csr_matrix:
+    """The smoothing matrix of the skin vertices alone."""
+    skin = rig.parts["skin"]
+    place = np.cumsum(skin) - 1
+    own = skin[rig.triangles].all(axis=1)
+    return smoothing_matrix(place[rig.triangles[own]], int(skin.sum()))
+
+
+class _Clock:
+    """Seconds of the steps, in the order in which they end."""
+
+    def __init__(self) -> None:
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, step: str) -> None:
+        now = time.perf_counter()
+        self.laps[step] = now - self._last
+        self._last = now
