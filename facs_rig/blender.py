@@ -24,7 +24,7 @@ BASIS = "Basis"
 
 # name -> (base colour, roughness); the slots of the mesh in this order.
 MATERIALS = {
-    "skin": ((0.80, 0.56, 0.45, 1.0), 0.55),
+    "skin": ((0.86, 0.63, 0.52, 1.0), 0.55),
     "eyes": ((0.90, 0.89, 0.87, 1.0), 0.20),
     "iris": ((0.16, 0.24, 0.30, 1.0), 0.20),
     "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),

@@ -1,6 +1,9 @@
 """The tab "Sketch to Face" in the sidebar of the 3D view."""
 
+from pathlib import Path
+
 import bpy
+import bpy.utils.previews
 
 from facs_rig import CONTROLS
 
@@ -8,6 +11,24 @@ from . import operators, properties
 
 TAB = "Sketch to Face"
 REGIONS = {"upper": "Upper Face", "mid": "Middle Face", "lower": "Lower Face"}
+
+
+_thumbnails = None  # Blender's preview collection, while registered
+
+
+def thumbnail(sketch: str) -> int:
+    """Icon of the chosen sketch, 0 if there is none; a file that changed is read again."""
+    path = Path(bpy.path.abspath(sketch))
+    try:
+        if not sketch or not path.is_file():
+            return 0
+        name = f"{path} {path.stat().st_mtime_ns}"
+    except (OSError, ValueError):  # a path that the system cannot even look up
+        return 0
+    if name not in _thumbnails:
+        _thumbnails.clear()
+        _thumbnails.load(name, str(path), "IMAGE")
+    return _thumbnails[name].icon_id
 
 
 class _Tab:
@@ -33,9 +54,13 @@ class SKETCHTOFACE_PT_sketch(_Tab, bpy.types.Panel):
     bl_order = 0
 
     def draw(self, context):
-        """File field, button."""
+        """File field, the sketch itself, button."""
         column = self.layout.column()
-        column.prop(context.scene.sketch_to_face, "sketch", text="")
+        settings = context.scene.sketch_to_face
+        column.prop(settings, "sketch", text="")
+        picture = thumbnail(settings.sketch)
+        if picture:
+            column.template_icon(icon_value=picture, scale=7.0)
         button = column.column()
         button.scale_y = 1.8
         button.operator(operators.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
@@ -101,7 +126,7 @@ class SKETCHTOFACE_PT_sliders(_OfFace, bpy.types.Panel):
         column = self.layout.column()
         fitted = face.data.shape_keys.key_blocks.get(operators.FITTED)
         if fitted is not None:
-            column.prop(fitted, "value", text="Fitted to the Strokes", slider=True)
+            column.prop(fitted, "value", text="Fitted", slider=True)
         row = column.row(align=True)
         reset = operators.SKETCHTOFACE_OT_reset_sliders.bl_idname
         row.operator(reset, text="As Drawn").to = "SKETCH"
@@ -146,11 +171,16 @@ CLASSES = (
 
 def register() -> None:
     """Register the panels, parents first."""
+    global _thumbnails
+    _thumbnails = bpy.utils.previews.new()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """The reverse of register."""
+    global _thumbnails
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    bpy.utils.previews.remove(_thumbnails)
+    _thumbnails = None
