@@ -31,10 +31,14 @@ from .controls import CONTROLS
 from .creases import crease_displacements, refinement_levels
 from .identity import FEATURES, macro_targets, target_weights
 from .mesh import vertex_normals
+from .rotation import rotation
 from .subdivide import refine, triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
 METRES = 0.1  # MakeHuman's unit is the decimetre
+# The source's head looks up a little; turned down by this many degrees it stands as people draw a
+# face, with the jaw's outline before the neck.
+LOOK_DOWN = 7.0
 JOINTS = ("head", "neck", "l-eye", "r-eye")
 PART_GROUPS = {
     "eyes": ("helper-l-eye", "helper-r-eye"),
@@ -126,11 +130,15 @@ def bake(data: Path) -> dict[str, NDArray]:
         grooves.append(
             crease_displacements(c, active, vertex_normals(active, triangles), skin, eyes_middle)
         )
-    lashes = np.isin(vertex_part, [PART_NAMES.index("eyes"), PART_NAMES.index("teeth")])
+    rigid = np.isin(vertex_part, [PART_NAMES.index("eyes"), PART_NAMES.index("teeth")])
     head_weight, neck_weight = skin_weights(mpfb / "rigs" / "standard" / "weights.default.json", n)
     weights = np.clip(matrix @ (crop @ np.stack([head_weight, neck_weight], axis=1)), 0, 1)
-    weights[lashes] = [1, 0]
+    weights[rigid] = 1
 
+    upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
+    base = (base - origin) @ upright
+    identity, controls = identity @ upright, controls @ upright
+    grooves = np.stack(grooves) @ upright
     arrays = {
         "base": base.astype(np.float32),
         "cage_joints": np.array(m),
@@ -145,7 +153,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         "landmarks": landmark_vertices(default, normals, vertex_part, eyes_middle),
         **sparse("identity", identity),
         **sparse("controls", controls),
-        **sparse("creases", np.stack(grooves)),
+        **sparse("creases", grooves),
     }
     for name, (index, weight) in {
         **brow_curves(default, triangles, skin, eyes_middle),

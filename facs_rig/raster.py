@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
 
 from .camera import Camera
 from .mesh import is_shape, vertex_normals
@@ -25,6 +27,11 @@ class Buffers:
     depth: NDArray[np.float32]
     triangle: NDArray[np.int32]
 
+    @cached_property
+    def deepest(self) -> NDArray[np.float32]:
+        """(h, w) the deepest of the 3 x 3 pixels around each; off the picture is background."""
+        return minimum_filter(self.depth, 3, mode="constant", cval=-np.inf)
+
 
 def rasterise(vertices: NDArray, triangles: NDArray, camera: Camera) -> Buffers:
     """Depth buffer of the front-facing triangles, sampled at pixel centres.
@@ -40,14 +47,15 @@ def rasterise(vertices: NDArray, triangles: NDArray, camera: Camera) -> Buffers:
     w, h = camera.width, camera.height
     pixels = camera.project(vertices)
     corner = pixels[triangles]
-    area = _cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    low = np.ceil(corner.min(axis=1) - 0.5)
-    high = np.floor(corner.max(axis=1) - 0.5)
+    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
+    area = _cross(b - a, c - a)
+    low = np.ceil(np.minimum(np.minimum(a, b), c) - 0.5)
+    high = np.floor(np.maximum(np.maximum(a, b), c) - 0.5)
     low = np.maximum(low, 0).astype(np.int64)
     high = np.minimum(high, [w - 1, h - 1]).astype(np.int64)
     size = high - low + 1
     # v runs down, so a triangle that faces the viewer has a negative area in the image
-    seen = np.flatnonzero((area < 0) & (size > 0).all(axis=1))
+    seen = np.flatnonzero((area < 0) & (size[:, 0] > 0) & (size[:, 1] > 0))
 
     depth = np.full(h * w, -np.inf, dtype=np.float32)
     owner = np.full(h * w, -1, dtype=np.int32)
@@ -145,10 +153,5 @@ def unhidden(pixels: NDArray, z: NDArray, buffers: Buffers, bias: float) -> NDAr
     col = np.floor(pixels[:, 0]).astype(np.int64)
     row = np.floor(pixels[:, 1]).astype(np.int64)
     inside = (col >= 0) & (col < w) & (row >= 0) & (row < h)
-    padded = np.pad(buffers.depth, 1, constant_values=-np.inf)
-    deepest = np.full(len(pixels), np.inf, dtype=np.float32)
-    for dr in range(3):
-        for dc in range(3):
-            near = padded[np.clip(row, 0, h - 1) + dr, np.clip(col, 0, w - 1) + dc]
-            deepest = np.minimum(deepest, near)
+    deepest = buffers.deepest[np.clip(row, 0, h - 1), np.clip(col, 0, w - 1)]
     return inside & (z >= deepest - bias)

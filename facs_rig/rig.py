@@ -15,6 +15,7 @@ from .anatomy import LANDMARKS, PART_NAMES
 from .controls import CONTROL_NAMES, FULL_INTENSITY, MAX_INTENSITY
 from .identity import target_weights
 from .mesh import corner_matrix, is_shape
+from .rotation import rotation
 from .subdivide import triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
@@ -65,16 +66,6 @@ def intensities(aus: Mapping[str, float]) -> NDArray[np.float32]:
             raise ValueError(f"{name} = {value} is outside 0 to {MAX_INTENSITY:g}")
         values[CONTROL_NAMES.index(name)] = value
     return values
-
-
-def rotation(angles: Sequence[float]) -> NDArray[np.float64]:
-    """(3, 3) rotation by yaw, pitch, roll in radians: roll first, then pitch, then yaw."""
-    yaw, pitch, roll = angles
-    cy, sy, cp, sp_, cr, sr = (f(a) for a in (yaw, pitch, roll) for f in (np.cos, np.sin))
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_x = np.array([[1, 0, 0], [0, cp, -sp_], [0, sp_, cp]])
-    about_z = np.array([[cr, sr, 0], [-sr, cr, 0], [0, 0, 1]])
-    return about_y @ about_x @ about_z
 
 
 class FaceRig:

@@ -1,0 +1,93 @@
+"""Random faces: what a sample of the data set is made of.
+
+Every sample draws from its own generator, seeded with the data set's seed and the sample's index,
+so that sample k is the same whatever ran before it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from facs_rig import (
+    CONTROL_NAMES, DETECTED, FULL_INTENSITY, IDENTITY, Camera, FaceParameters, FaceRig,
+)  # fmt: skip
+
+from .ink import Style, sample_style
+
+SCHEMES = ("sparse", "thesis")
+MOST_ACTIONS = 7
+# The twelve that classifiers are trained for first come up this much more often than the others.
+DETECTED_ODDS = 3.0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One face to draw: parameters, camera, level of detail and style."""
+
+    parameters: FaceParameters
+    camera: Camera
+    detail: int
+    style: Style
+
+
+def sample_rng(seed: int, index: int) -> np.random.Generator:
+    """The generator of sample `index`, independent of all other samples."""
+    return np.random.default_rng([seed, index])
+
+
+def sample_face(
+    rig: FaceRig, rng: np.random.Generator, size: int, scheme: str = "sparse"
+) -> Sample:
+    """A random face, its camera (size x size pixels) and its style."""
+    aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
+    yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
+    head = np.radians([yaw, rng.normal(0, 7), rng.normal(0, 5)])
+    neck = np.radians(rng.normal(0, 1.5, 3))
+    parameters = FaceParameters(aus, sample_identity(rng), _floats(head), _floats(neck))
+    distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
+    upright = rig.neutral(parameters.identity)
+    framing = Camera.framing(rig.turn(upright, parameters), size, size,
+                             float(rng.uniform(0.02, 0.12)), distance)  # fmt: skip
+    shift = rng.uniform(-0.02, 0.02, 2) * size
+    camera = framing.cropped(shift[0], shift[1], shift[0] + size, shift[1] + size, size, size)
+    return Sample(parameters, camera, int(rng.integers(3)), sample_style(rng))
+
+
+def _sparse_actions(rng: np.random.Generator) -> dict[str, float]:
+    """A few actions at any strength: the improvement that the thesis proposes.
+
+    First how many, then which, then how strong, over the whole natural range.
+    """
+    odds = np.array([DETECTED_ODDS if name in DETECTED else 1.0 for name in CONTROL_NAMES])
+    count = int(rng.integers(0, MOST_ACTIONS + 1))
+    chosen = rng.choice(len(odds), count, replace=False, p=odds / odds.sum())
+    return {CONTROL_NAMES[k]: float(rng.uniform(1.0, 1.2 * FULL_INTENSITY)) for k in chosen}
+
+
+def _thesis_actions(rng: np.random.Generator) -> dict[str, float]:
+    """Every action at a random integer from 0 to 5: the thesis' own scheme."""
+    return {name: float(rng.integers(0, 6)) for name in CONTROL_NAMES}
+
+
+def sample_identity(rng: np.random.Generator) -> dict[str, float]:
+    """A random person: mixed or clear in gender and ethnicity, young to old, varied features."""
+    shares = rng.dirichlet([0.6, 0.6, 0.6])
+    values = {
+        "gender": rng.beta(0.6, 0.6),
+        "age": rng.beta(0.7, 1.3),
+        "weight": np.clip(rng.normal(0, 0.4), -1, 1),
+        "african": shares[0],
+        "asian": shares[1],
+        "caucasian": shares[2],
+    }
+    for feature in IDENTITY:
+        if feature.low and rng.random() < 0.6:
+            values[feature.name] = np.clip(rng.normal(0, 0.35), feature.minimum, feature.maximum)
+    return {name: round(float(value), 4) for name, value in values.items()}
+
+
+def _floats(values: np.ndarray) -> tuple[float, float, float]:
+    a, b, c = (float(v) for v in values)
+    return a, b, c
