@@ -22,33 +22,35 @@ bl_info = {
 _BUNDLED_CORE = Path(__file__).parent / "core"
 
 
-def _find_core() -> None:
+def _find_core() -> bool:
     """Make the core importable, or say in one sentence what is missing.
 
     Blender puts an extension's wheels on the path by itself. Before 4.2 nobody does, so the
     add-on for those versions brings the core in a folder of its own. It goes to the end of the
-    path: what Blender or the artist has installed wins.
+    path: what Blender or the artist has installed wins. Returns whether that folder is used.
     """
     if find_spec("numpy") is None:
         raise ImportError(
             "Sketch to Face needs numpy, which this Blender does not have: install it for "
             "Blender's Python (Debian and Ubuntu: apt install python3-numpy)."
         )
-    if find_spec("snakes") is None and _BUNDLED_CORE.is_dir():
-        if sys.version_info[:2] != (3, 11):
-            raise ImportError(
-                "Sketch to Face needs a Blender with Python 3.11 (Blender 4.1 to 5.0), "
-                f"this one has {sys.version_info[0]}.{sys.version_info[1]}."
-            )
-        sys.path.append(str(_BUNDLED_CORE))
-    if find_spec("snakes") is None:
+    if find_spec("snakes") is not None:
+        return False
+    if not _BUNDLED_CORE.is_dir():
         raise ImportError(
             "Sketch to Face cannot find its own core: install the zip file that `make addon` "
             "builds instead of this folder."
         )
+    if sys.version_info[:2] != (3, 11):
+        raise ImportError(
+            "Sketch to Face needs a Blender with Python 3.11 (Blender 4.1 to 5.0), "
+            f"this one has {sys.version_info[0]}.{sys.version_info[1]}."
+        )
+    sys.path.append(str(_BUNDLED_CORE))
+    return True
 
 
-_find_core()
+_bundled = _find_core()
 
 from . import operators, panel, properties, reporting  # noqa: E402  (the core must be found first)
 
@@ -57,6 +59,8 @@ _MODULES = (properties, operators, panel)
 
 def register() -> None:
     """Add the tab and its operators to Blender."""
+    if _bundled and str(_BUNDLED_CORE) not in sys.path:  # enabled again after unregister
+        sys.path.append(str(_BUNDLED_CORE))
     reporting.register(__package__)
     for module in _MODULES:
         module.register()
@@ -67,5 +71,5 @@ def unregister() -> None:
     for module in reversed(_MODULES):
         module.unregister()
     reporting.unregister()
-    if str(_BUNDLED_CORE) in sys.path:
+    if _bundled and str(_BUNDLED_CORE) in sys.path:
         sys.path.remove(str(_BUNDLED_CORE))

@@ -29,8 +29,8 @@ class BuildError(Exception):
     """The zip cannot be built; one sentence says why and what to do."""
 
 
-def _run(command: list[str], trouble: str, **options) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+def _run(command: list[str], trouble: str, env: dict[str, str] | None = None) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
     if done.returncode:
         raise BuildError(f"{trouble}\n{done.stdout}{done.stderr}".rstrip())
 

@@ -165,8 +165,7 @@ def session(options: argparse.Namespace, result: dict):
     before = set(bpy.data.objects.keys()), set(bpy.data.meshes.keys())
     start = time.monotonic()
     desk.tap("LEFTMOUSE", *places[0])
-    yield from until(lambda: bpy.context.view_layer.objects.active is not None
-                     and bpy.context.view_layer.objects.active.type == "MESH", "a face")  # fmt: skip
+    yield from until(lambda: set(bpy.data.meshes.keys()) != before[1], "a face")
     result["seconds_to_the_face"] = time.monotonic() - start
     name = bpy.context.view_layer.objects.active.name
     result["face"] = name
