@@ -5,6 +5,8 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty
 
+from addon.drawing import SketchError
+
 from . import properties
 from .reporting import reported
 
@@ -80,11 +82,11 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
         return {"FINISHED"}
 
     def _make(self, context, settings):
-        from addon import pipeline
+        from addon import pipeline  # late: Blender starts faster without what only a fit needs
         from facs_rig.blender import build_face
 
         if not settings.sketch.strip():
-            raise ValueError("No sketch is chosen: pick the image of a drawn face first.")
+            raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
         path = Path(bpy.path.abspath(settings.sketch)).expanduser()
         options = pipeline.FitOptions(tweakables=properties.tweakables(settings.tweakables))
         fit = pipeline.fit(path, options)

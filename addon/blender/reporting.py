@@ -8,6 +8,8 @@ from pathlib import Path
 
 import bpy
 
+from addon.drawing import SketchError
+
 LOG_NAME = "sketch_to_face.log"
 RAISE = "SKETCH_TO_FACE_RAISE"  # environment variable: tests and developers want the traceback
 
@@ -53,15 +55,19 @@ def _write_log(title: str) -> Path:
 def reported(operator: bpy.types.Operator):
     """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
 
-    A ValueError (SketchError is one) is what the artist can mend: its sentence is shown as it
-    is. Anything else is our fault: it goes whole to the log file, and the report names the file.
+    A ValueError is what the artist can mend: its sentence is shown as it is. Anything else is
+    our fault: it goes whole to the log file, and the report names the file. Of ValueErrors only
+    SketchError is surely the sketch's; the others are logged as well.
     """
     outcome = Outcome()
     try:
         yield outcome
-    except (ValueError, FileNotFoundError) as error:
+    except SketchError as error:
         outcome.failed = True
-        _log.info("%s: %s", operator.bl_label, error)
+        operator.report({"ERROR"}, str(error))
+    except ValueError as error:
+        outcome.failed = True
+        _write_log(operator.bl_label)
         operator.report({"ERROR"}, str(error))
     except Exception as error:
         outcome.failed = True
