@@ -4,7 +4,7 @@
 PYTHON  ?= $(shell command -v python3.11 || command -v python3)
 VENV    := .venv
 BIN     := $(VENV)/bin
-PIP     := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
+PIP     := $(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt
 SKETCH  ?= addon/sketches/smiling_woman.png
 DEMO    := build/demo
 

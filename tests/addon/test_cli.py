@@ -225,7 +225,8 @@ def test_rig_writes_a_posed_face(capsys, folder):
 
     assert cli.main(["rig", "-o", "plain.ply"]) == 0
     assert cli.main(["rig", "-o", "smile.ply", "--au", "smile=5"]) == 0
-    plain, smile = (trimesh.load(f"{name}.ply", process=False).vertices for name in ("plain", "smile"))
+    names = ("plain.ply", "smile.ply")
+    plain, smile = (trimesh.load(name, process=False).vertices for name in names)
     moved = np.linalg.norm(smile - plain, axis=1)
     assert 0.002 < moved.max() < 0.05  # metres
     assert contents(folder) == {"plain.ply", "smile.ply"}
