@@ -67,7 +67,7 @@ def align_landmarks(
     points: NDArray[np.floating],
     model: NDArray[np.floating],
     size: tuple[int, int],
-    keep: float = 0.7,
+    keep: float = 0.8,
 ) -> Camera:
     """Scale and shift that bring the model's landmarks onto those of the sketch.
 

@@ -30,7 +30,7 @@ FINER = 2
 """The render is made this many times finer than the working image and then averaged."""
 BLUR = 1.0
 """Standard deviation, working pixels, of the blur that lets snakes feel a line from beside it."""
-BROAD = 4.0
+BROAD = 2.5
 """Standard deviation, working pixels, of the broad shading that is taken out of the render."""
 INKED = 0.3
 """Brightness that is left where a brow or an iris is drawn on the surface."""
@@ -42,7 +42,7 @@ DEPTH = 4.0
 An outline is where the surface turns away; moved alone it would become a groove or a flange."""
 PASSES = 2
 """The second pass moves what the averaging of the first left over."""
-SMOOTHINGS = 6
+SMOOTHINGS = 20
 """How often the movements are averaged with those of the neighbouring vertices."""
 SHORTEST_UNMATCHED = 0.05
 """A stretch without a match is reported from this length on, as a fraction of the box' height."""

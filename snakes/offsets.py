@@ -19,7 +19,7 @@ from .tweakables import CURVES
 
 __all__ = ["falloff", "proportional_edit", "reach_of", "smoothing_matrix", "symmetrise"]
 
-STEEPEST = 0.25
+STEEPEST = 0.15
 """Greatest change of the movement per length of skin; from 1 on the skin would fold over."""
 
 _FALLOFFS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
@@ -47,7 +47,7 @@ def reach_of(moves: NDArray[np.floating], distance: float) -> NDArray[np.float64
     """How far each handle reaches: `distance`, or farther if the skin would fold over otherwise.
 
     moves : (k, 3) metres; distance in metres. Returns (k,) metres. A handle that moves 3 cm with
-    a reach of 1 cm would turn the skin around it inside out; its reach grows to 12 cm.
+    a reach of 1 cm would turn the skin around it inside out; its reach grows to 20 cm.
     """
     return np.maximum(distance, np.linalg.norm(moves, axis=1) / STEEPEST)
 
@@ -80,15 +80,33 @@ def proportional_edit(
     if len(handles) == 0:
         return np.zeros((n, 3)), np.zeros(n)
     radius = np.broadcast_to(np.asarray(reach, dtype=np.float64), (len(handles),))
-    near = cKDTree(vertices).query_ball_point(vertices[handles], radius)
-    counts = np.array([len(found) for found in near])
-    columns = np.repeat(np.arange(len(handles)), counts)
-    rows = np.concatenate([np.asarray(found, dtype=np.intp) for found in near])
-    apart = np.linalg.norm(vertices[rows] - vertices[handles][columns], axis=1)
+    rows, columns, apart = _pairs(vertices, handles, radius)
     weight = falloff(apart / radius[columns], curve)
     share = csr_matrix((weight, (rows, columns)), shape=(n, len(handles)))
     total = np.asarray(share.sum(axis=1)).ravel()
-    return share @ np.asarray(moves, dtype=np.float64) / np.maximum(1.0, total)[:, None], total
+    nearest = share.max(axis=1).toarray().ravel()
+    mean = share @ np.asarray(moves, dtype=np.float64) / np.maximum(total, 1e-12)[:, None]
+    return mean * nearest[:, None], nearest
+
+
+def _pairs(
+    vertices: NDArray[np.floating], handles: NDArray[np.integer], radius: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Vertex, handle and distance of all pairs within the handle's radius; three (p,) arrays."""
+    tree = cKDTree(vertices)
+    # Handles of similar radius are searched together.
+    octave = np.ceil(np.log2(radius / radius.min())).astype(np.intp)
+    found: list[tuple[NDArray[np.intp], ...]] = []
+    for step in np.unique(octave):
+        group = np.flatnonzero(octave == step)
+        pairs = cKDTree(vertices[handles[group]]).sparse_distance_matrix(
+            tree, float(radius[group].max()), output_type="ndarray"
+        )
+        column = group[pairs["i"]]
+        inside = pairs["v"] <= radius[column]
+        found.append((pairs["j"][inside], column[inside], pairs["v"][inside]))
+    rows, columns, apart = (np.concatenate(part) for part in zip(*found, strict=True))
+    return rows, columns, apart
 
 
 def smoothing_matrix(triangles: NDArray[np.integer], n: int) -> csr_matrix:
