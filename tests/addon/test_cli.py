@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from addon import cli
+from addon.commands import Bar
 from addon.files import OutputError, Outputs, check_output, write_text
 from addon.sketches.render import FOLDER as SKETCHES
 from facs_rig import CONTROL_NAMES, DETECTED
@@ -329,11 +330,11 @@ def test_generate_writes_shards(capsys, folder):
 
 
 def test_a_bar_is_drawn_on_a_terminal_only(capsys, monkeypatch):
-    with cli.Bar("work") as bar:
+    with Bar("work") as bar:
         bar(1, 2)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with cli.Bar("work") as bar:
+    with Bar("work") as bar:
         bar(1, 2)
     assert "work [################................] 1/2" in capsys.readouterr().err
 
