@@ -383,8 +383,8 @@ def rig(options: argparse.Namespace) -> int:
     else:
         print(f"{len(CONTROLS)} controls, each 0 to 10 (5 is a full natural activation):")
         for control in CONTROLS:
-            aus = " ".join(control.aus)
-            print(f"  {control.name:<22}{control.region:<7}{aus:<14}{control.label}")
+            units = " ".join(control.aus)
+            print(f"  {control.name:<22}{control.region:<7}{units:<14}{control.label}")
         print(f"{len(IDENTITY)} identity parameters:")
         for f in IDENTITY:
             print(f"  {f.name:<30}{f.minimum:g} to {f.maximum:g}, default {f.default:g}")
