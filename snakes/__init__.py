@@ -2,6 +2,7 @@
 
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
 from .fit import Fit, fit_offsets
+from .identity import fit_identity
 from .tweakables import WORKING_SIZE, Tweakables, describe
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "align_box",
     "align_landmarks",
     "describe",
+    "fit_identity",
     "fit_offsets",
     "ink_box",
     "parse_box",

@@ -35,7 +35,10 @@ HISTORY = 10
 FEWEST = 5
 """Fourth differences need five points."""
 
-ENDS = {"free": ((1, -2, 1), (-1, 3, -3, 1)), "fixed": ((), (-1, 2, -1))}
+ENDS: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
+    "free": ((1, -2, 1), (-1, 3, -3, 1)),
+    "fixed": ((), (-1, 2, -1)),
+}
 """Patterns in the first and second row: no bending moment, and at a free end no shear force."""
 
 
@@ -61,27 +64,27 @@ def stiffness(
     if n < FEWEST:
         raise ValueError(f"A snake needs at least {FEWEST} points, not {n}.")
     here = np.arange(n)
+    inner_rows = here if snake_type == "periodic" else here[2:-2]
     entries: list[tuple[NDArray[np.intp] | int, NDArray[np.intp] | int, float]] = []
     for weight, pattern in ((-CONTRACTION, (1, -2, 1)), (smoothness, (1, -4, 6, -4, 1))):
         for offset, value in enumerate(pattern, start=-(len(pattern) // 2)):
-            entries.append((here, (here + offset) % n, weight * value))
+            entries.append((inner_rows, (inner_rows + offset) % n, weight * value))
     if snake_type != "periodic":
-        entries = [(rows[2:-2], columns[2:-2], value) for rows, columns, value in entries]
         outer, inner = ENDS[snake_type]
         far_inner = inner[::-1]
         if as_scikit_image:
             far_inner = inner = (1, -2, 1) if snake_type == "fixed" else inner
-        for row, first, pattern in (
+        for row, first, values in (
             (0, 0, outer),
             (1, 0, inner),
             (n - 2, n - len(inner), far_inner),
             (n - 1, n - len(outer), outer),
         ):
-            entries += [(row, first + k, value) for k, value in enumerate(pattern)]
+            entries += [(row, first + k, float(value)) for k, value in enumerate(values)]
     rows = np.concatenate([np.atleast_1d(entry[0]) for entry in entries])
     columns = np.concatenate([np.atleast_1d(entry[1]) for entry in entries])
-    values = np.concatenate([np.full(np.size(entry[0]), entry[2], float) for entry in entries])
-    return csr_matrix((values, (rows, columns)), shape=(n, n))
+    weights = np.concatenate([np.full(np.size(entry[0]), entry[2]) for entry in entries])
+    return csr_matrix((weights, (rows, columns)), shape=(n, n))
 
 
 def relax(

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 
@@ -20,8 +21,8 @@ from .contours import Box, binarise
 __all__ = ["align", "align_box", "align_landmarks", "head_mask", "ink_box", "parse_box"]
 
 ROUNDS = 20
-STRAY = 0.005
-"""Share of the ink that may lie outside the ink's box on each side: dust and stray strokes."""
+SPECK = 0.02
+"""A mark shorter than this share of the drawing's longer side is no line of the face."""
 
 
 def align(
@@ -141,16 +142,18 @@ def head_mask(rig: FaceRig, vertices: NDArray[np.floating]) -> NDArray[np.bool_]
 
 
 def ink_box(drawing: NDArray[np.floating]) -> Box:
-    """The box that holds the ink, without its outermost half a percent on each side.
+    """The box that holds the ink, without specks of dust.
 
     Raises ValueError when the drawing (h, w; 1 is paper) has no ink.
     """
-    rows, columns = np.nonzero(binarise(drawing))
-    if len(rows) == 0:
+    marks, _ = label(binarise(drawing), structure=np.ones((3, 3)))
+    extents = np.array([(v.start, v.stop, u.start, u.stop) for v, u in find_objects(marks)])
+    if len(extents) == 0:
         raise ValueError("The sketch is blank; draw the lines of a face on it.")
-    left, right = np.quantile(columns, [STRAY, 1 - STRAY])
-    top, bottom = np.quantile(rows, [STRAY, 1 - STRAY])
-    return float(left), float(top), float(right) + 1.0, float(bottom) + 1.0
+    longest = np.maximum(extents[:, 1] - extents[:, 0], extents[:, 3] - extents[:, 2])
+    lines = extents[longest >= min(SPECK * max(drawing.shape), longest.max())]
+    left, right = lines[:, 2].min(), lines[:, 3].max()
+    return float(left), float(lines[:, 0].min()), float(right), float(lines[:, 1].max())
 
 
 def parse_box(text: str) -> Box:

@@ -101,7 +101,9 @@ def on_line(
     return inside >= contrast
 
 
-def consistent(found: PixelDeltas, reach: float = 12.0, tolerance: float = 1.5) -> NDArray[np.bool_]:
+def consistent(
+    found: PixelDeltas, reach: float = 12.0, tolerance: float = 1.5
+) -> NDArray[np.bool_]:
     """Which deltas agree with those around them; (k,) bool.
 
     Skin moves smoothly, so a delta that differs from the (coordinate-wise) median of its

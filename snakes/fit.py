@@ -18,7 +18,7 @@ from .active import FEWEST, relax
 from .contours import Box, cut_at_corners, find_lines, working_drawing
 from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
 from .mapping import pixels_to_vertices, world_moves
-from .offsets import proportional_edit, reach_of, smoothing_matrix, symmetrise
+from .offsets import merge_handles, proportional_edit, reach_of, smoothing_matrix, symmetrise
 from .parts import carry_parts
 from .tweakables import WORKING_SIZE, Tweakables
 
@@ -30,8 +30,9 @@ FINER = 2
 """The render is made this many times finer than the working image and then averaged."""
 BLUR = 1.0
 """Standard deviation, working pixels, of the blur that lets snakes feel a line from beside it."""
-BROAD = 2.5
-"""Standard deviation, working pixels, of the broad shading that is taken out of the render."""
+BROAD = ((2.0, 0.7), (6.0, 0.3))
+"""The broad shading that is taken out of the render, so that snakes follow lines and do not slide
+down a cheek: standard deviations of blurs in working pixels, and their shares."""
 INKED = 0.3
 """Brightness that is left where a brow or an iris is drawn on the surface."""
 SLOPE = 0.08
@@ -189,8 +190,7 @@ def expression_render(
     face = buffers.triangle >= 0
     _draw_strokes(shaded, rig, posed, fine, face)
     if face.any():
-        broad = gaussian_filter(np.where(face, shaded, 0.0), BROAD * FINER)
-        broad /= np.maximum(gaussian_filter(face.astype(np.float32), BROAD * FINER), 1e-6)
+        broad = sum(share * _blurred_inside(shaded, face, size * FINER) for size, share in BROAD)
         shaded = np.where(face, 0.5 + shaded - broad, 0.5)
         away, nearest = distance_transform_edt(~face, return_indices=True)
         ground = shaded[nearest[0], nearest[1]] + SLOPE * away / FINER
@@ -201,6 +201,14 @@ def expression_render(
     covered = face.reshape(blocks).mean(axis=(1, 3)) > 0.5
     facing = vertex_normals(posed, rig.triangles)[:, 2] > 0.0
     return render, rig.parts["skin"] & facing & visible(posed, fine, buffers), covered
+
+
+def _blurred_inside(
+    image: NDArray[np.float32], face: NDArray[np.bool_], width: float
+) -> NDArray[np.float32]:
+    """Blur that takes nothing from outside the face."""
+    weight = gaussian_filter(face.astype(np.float32), width)
+    return gaussian_filter(np.where(face, image, 0.0), width) / np.maximum(weight, 1e-6)
 
 
 def _draw_strokes(
@@ -296,11 +304,12 @@ def _apply(
     flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
     smoother = _skin_smoother(rig)
     offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
-    for _ in range(PASSES):
+    for _ in range(PASSES if len(handles) else 0):
         left = mean - offsets[handles]
         reach = reach_of(left, settings.soft_select_distance / 100.0)
+        chosen, left, reach = merge_handles(flattened[place[handles]], left, reach)
         moved, weight = proportional_edit(
-            flattened, place[handles], left, reach, settings.soft_select_curve
+            flattened, place[handles[chosen]], left, reach, settings.soft_select_curve
         )
         for _ in range(SMOOTHINGS):
             moved = smoother @ moved

@@ -17,10 +17,20 @@ from scipy.spatial import cKDTree
 
 from .tweakables import CURVES
 
-__all__ = ["falloff", "proportional_edit", "reach_of", "smoothing_matrix", "symmetrise"]
+__all__ = [
+    "falloff",
+    "merge_handles",
+    "proportional_edit",
+    "reach_of",
+    "smoothing_matrix",
+    "symmetrise",
+]
 
 STEEPEST = 0.15
 """Greatest change of the movement per length of skin; from 1 on the skin would fold over."""
+
+MERGED = 0.25
+"""Side, as a fraction of the reach, of the cells within which handles are merged."""
 
 _FALLOFFS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
     "smooth": lambda t: t * t * (3.0 - 2.0 * t),
@@ -50,6 +60,35 @@ def reach_of(moves: NDArray[np.floating], distance: float) -> NDArray[np.float64
     a reach of 1 cm would turn the skin around it inside out; its reach grows to 20 cm.
     """
     return np.maximum(distance, np.linalg.norm(moves, axis=1) / STEEPEST)
+
+
+def merge_handles(
+    points: NDArray[np.floating], moves: NDArray[np.floating], reach: NDArray[np.floating]
+) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    """Let one handle stand for all that lie within a small part of their common reach.
+
+    Neighbouring pixels pull almost the same skin by almost the same amount; where a movement
+    reaches far, one handle for each MERGED of its reach moves the skin as they all do together.
+
+    Parameters
+    ----------
+    points, moves : (k, 3) float, metres; reach : (k,) metres
+
+    Returns
+    -------
+    chosen : (m,) int, indices of the handles that stay, the nearest to the middle of their cell
+    moves : (m, 3) and reach : (m,), metres, the means over the cells
+    """
+    octave = np.floor(np.log2(np.maximum(reach, 1e-9)) + 0.5)
+    cell = np.floor(points / (MERGED * 2.0**octave)[:, None])
+    key = np.concatenate([octave[:, None], cell], axis=1)
+    _, owner, counts = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    owner = owner.ravel()
+    share = csr_matrix((1.0 / counts[owner], (owner, np.arange(len(owner)))))
+    away = np.linalg.norm(points - (share @ points)[owner], axis=1)
+    order = np.lexsort((away, owner))
+    first = np.concatenate([[0], np.cumsum(counts)])[:-1]
+    return order[first], share @ moves, share @ reach
 
 
 def proportional_edit(
