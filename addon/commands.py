@@ -138,8 +138,10 @@ def fit(options: argparse.Namespace) -> int:
 
     from addon import pipeline
 
-    fitted = pipeline.fit(sketch, pipeline.FitOptions(tweakables=tweakables, align=options.align))
-    report = pipeline.report(fitted)
+    wanted = pipeline.FitOptions(tweakables=tweakables, align=options.align)
+    with Bar("fitting") as bar:
+        fitted = pipeline.fit(sketch, wanted, bar)
+    report = pipeline.report(fitted, face)
     with Outputs() as outputs:
         if options.report:
             outputs.beside(options.report).write_text(json.dumps(report, indent=2) + "\n")
@@ -163,7 +165,7 @@ def _tell_fit(report: dict[str, Any], written: Sequence[Any]) -> None:
         "contour error  "
         + ", ".join(f"{name} {error[name]:.2f} px" for name in ("template", "expression", "fitted"))
     )
-    print(f"time           {sum(report['timings_s'].values()):.2f} s")
+    print(f"time           {report['timings_s']['total']:.2f} s")
     print(f"written        {', '.join(str(path) for path in written if path)}")
 
 

@@ -56,6 +56,12 @@ class Drawing:
     source: Path | None = None
     inverted: bool = False
 
+    @classmethod
+    def of(cls, array: NDArray[Any], name: str = "The sketch") -> Drawing:
+        """The drawing of a picture in memory, normalised; see `normalise`."""
+        image = normalise(array, name)
+        return cls(image=image, size=(image.shape[1], image.shape[0]))
+
     @property
     def scale(self) -> tuple[float, float]:
         """Input pixels per pixel of `image`, along u and v (1 unless the picture was huge)."""

@@ -112,8 +112,8 @@ def bad_pictures() -> dict[str, bytes]:
         Image.fromarray(array).save(buffer, format="PNG")
         return buffer.getvalue()
 
-    noise = np.random.default_rng(1).normal(0, 1, (128, 128)).cumsum(0).cumsum(1)
-    photo = (255 * (noise - noise.min()) / np.ptp(noise)).astype(np.uint8)
+    from skimage import data
+
     return {
         "text": b"A letter, not a picture.\n",
         "empty": b"",
@@ -121,7 +121,7 @@ def bad_pictures() -> dict[str, bytes]:
         "dot": png(np.zeros((1, 1), np.uint8)),
         "layer": png(np.zeros((200, 200, 4), np.uint8)),
         "cut": SKETCH.read_bytes()[:5000],
-        "photo": png(photo),
+        "photo": png(data.camera()),
     }
 
 

@@ -162,6 +162,12 @@ def test_a_clean_drawing_stays_as_it_is(tmp_path):
     np.testing.assert_array_equal(result.image, (CLEAN > 127).astype(np.float32))
 
 
+def test_a_picture_in_memory():
+    result = drawing.Drawing.of(CLEAN)
+    assert (result.size, result.scale, result.source) == ((240, 300), (1.0, 1.0), None)
+    np.testing.assert_array_equal(result.image, normalise(CLEAN))
+
+
 def test_sixteen_bits(tmp_path):
     wide = CLEAN.astype(np.uint16) * 257
     assert agreement(load_drawing(save(tmp_path / "wide.png", wide)).image) == 1
