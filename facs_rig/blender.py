@@ -9,29 +9,18 @@ head by linear blending, like the rig. So the evaluated mesh equals `rig.pose` (
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
 from facs_rig import CONTROLS, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import rotation
 
 FITTED = "Fitted"
 BASIS = "Basis"
 
-# name -> (base colour, roughness); the slots of the mesh in this order.
-MATERIALS = {
-    "skin": ((0.86, 0.63, 0.52, 1.0), 0.55),
-    "eyes": ((0.90, 0.89, 0.87, 1.0), 0.20),
-    "iris": ((0.16, 0.24, 0.30, 1.0), 0.20),
-    "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),
-    "brows": ((0.10, 0.065, 0.045, 1.0), 0.70),
-    "teeth": ((0.86, 0.82, 0.74, 1.0), 0.30),
-    "lashes": ((0.05, 0.035, 0.03, 1.0), 0.80),
-}
 HEAD, NECK, ROOT, HEAD_ALONE = "head", "neck", "root", "head_alone"
 
 
@@ -118,26 +107,6 @@ def _material(part: str) -> bpy.types.Material:
     return material
 
 
-def _inside(points: NDArray, outline: NDArray) -> NDArray[np.bool_]:
-    """(n,) whether each of `points` (n, 2) lies in the closed `outline` (k, 2); even-odd rule."""
-    ahead = np.roll(outline, -1, axis=0)
-    x, y = points[:, :1], points[:, 1:]
-    spans = (outline[:, 1] > y) != (ahead[:, 1] > y)
-    rise = ahead[:, 1] - outline[:, 1]
-    slope = (ahead[:, 0] - outline[:, 0]) / np.where(rise == 0, 1.0, rise)
-    crossing = outline[:, 0] + (y - outline[:, 1]) * slope
-    return (np.sum(spans & (x < crossing), axis=1) % 2).astype(bool)
-
-
-def _drawn_areas(rig: FaceRig, neutral: NDArray) -> Iterator[tuple[str, str, NDArray]]:
-    """(material, part that carries it, outline (k, 2) from the front) of irises, pupils, brows."""
-    for side in ("left", "right"):
-        for kind in ("iris", "pupil"):
-            yield kind, "eyes", rig.stroke_points(neutral, f"{kind}_{side}")[:, :2]
-        lower, upper = (rig.stroke_points(neutral, f"brow_{e}_{side}") for e in ("lower", "upper"))
-        yield "brows", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
-
-
 def _starts(rig: FaceRig) -> NDArray[np.int32]:
     """First corner of each polygon, without a closing end."""
     starts = np.ascontiguousarray(rig.polygon_starts, dtype=np.int32)
@@ -145,22 +114,13 @@ def _starts(rig: FaceRig) -> NDArray[np.int32]:
 
 
 def _materials(mesh: bpy.types.Mesh, rig: FaceRig, neutral: NDArray[np.float32]) -> None:
-    slots = list(MATERIALS)
     corners, starts = np.asarray(rig.polygon_vertices), _starts(rig)
-    part_slots = np.array([slots.index(part) for part in rig.part_names])
-    part = part_slots[rig.vertex_part[corners[starts]]]
     counts = np.diff(np.append(starts, len(corners)))[:, None]
     centres = np.add.reduceat(neutral[corners], starts, axis=0) / counts
-    chosen = part.astype(np.int32)
-    front = centres[:, 2] > 0
-    for material, carrier, outline in _drawn_areas(rig, neutral):
-        near = front & (part == slots.index(carrier))
-        near &= np.all((centres[:, :2] >= outline.min(0)) & (centres[:, :2] <= outline.max(0)), 1)
-        index = np.flatnonzero(near)
-        chosen[index[_inside(centres[index, :2], outline)]] = slots.index(material)
-    for slot in slots:
-        mesh.materials.append(_material(slot))
-    mesh.polygons.foreach_set("material_index", chosen)
+    part = rig.vertex_part[corners[starts]]
+    for name in MATERIAL_NAMES:
+        mesh.materials.append(_material(name))
+    mesh.polygons.foreach_set("material_index", materials_at(rig, neutral, centres, part))
 
 
 def _add_key(face: bpy.types.Object, name: str, points: NDArray, value: float) -> None:

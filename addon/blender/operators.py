@@ -82,14 +82,13 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
         return {"FINISHED"}
 
     def _make(self, context, settings):
-        from addon import pipeline  # late: Blender starts faster without what only a fit needs
+        from addon import pipeline
         from facs_rig.blender import build_face
 
         if not settings.sketch.strip():
             raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
         path = Path(bpy.path.abspath(settings.sketch)).expanduser()
-        options = pipeline.FitOptions(tweakables=properties.tweakables(settings.tweakables))
-        fit = pipeline.fit(path, options)
+        fit = pipeline.fit(path, properties.fit_options(settings))
         face = build_face(
             path.stem,
             fit.rig,

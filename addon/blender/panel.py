@@ -79,8 +79,14 @@ class SKETCHTOFACE_PT_tweakables(_Tab, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        group = context.scene.sketch_to_face.tweakables
+        settings = context.scene.sketch_to_face
         column = layout.column()
+        column.prop(settings, "place_head")
+        if settings.place_head:
+            for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
+                column.prop(settings, "head_box", index=index, text=side)
+        column.separator()
+        group = settings.tweakables
         for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
             column.prop(group, name)
         layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")

@@ -10,6 +10,7 @@ from bpy.props import (
     FloatProperty,
     FloatVectorProperty,
     IntProperty,
+    IntVectorProperty,
     PointerProperty,
     StringProperty,
 )
@@ -79,8 +80,27 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             description="The drawing of a face: PNG, JPEG or whatever your scanner writes",
             subtype="FILE_PATH",
         ),
+        "place_head": BoolProperty(
+            name="Place the Head by Hand",
+            description="Say where the head is in the sketch instead of letting it be found",
+        ),
+        "head_box": IntVectorProperty(
+            name="Head",
+            description="Box around the head, from crown to chin and ear to ear, in pixels of the "
+            "sketch: left, top, right, bottom",
+            size=4,
+            min=0,
+        ),
         "tweakables": PointerProperty(type=SKETCHTOFACE_PG_tweakables),
     }
+
+
+def fit_options(settings):
+    """The pipeline's options as the scene's settings have them."""
+    from addon import pipeline  # late: Blender starts faster without what only a fit needs
+
+    box = ",".join(map(str, settings.head_box)) if settings.place_head else None
+    return pipeline.FitOptions(tweakables=tweakables(settings.tweakables), align=box)
 
 
 class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):

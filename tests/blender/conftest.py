@@ -31,10 +31,11 @@ def empty_blender():
 
 
 @pytest.fixture
-def shell(empty_blender):
-    """The add-on, registered for one test."""
+def shell(empty_blender, tmp_path, monkeypatch):
+    """The add-on, registered for one test; its log goes to `tmp_path`."""
     import addon.blender as module
 
+    monkeypatch.setattr(module.reporting, "log_path", lambda: tmp_path / "log.txt")
     module.register()
     yield module
     module.unregister()

@@ -8,7 +8,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, FaceParameters  # noqa: E402
-from facs_rig.blender import MATERIALS, build_face, to_blender  # noqa: E402
+from facs_rig.blender import build_face, to_blender  # noqa: E402
+from facs_rig.paint import MATERIALS  # noqa: E402
 
 TOLERANCE = 1e-5  # metres
 

@@ -217,7 +217,6 @@ def test_unexpected_error_goes_whole_to_the_log(shell, sketch, tmp_path, monkeyp
 
     monkeypatch.setattr(pipeline, "fit", broken)
     monkeypatch.delenv(reporting.RAISE, raising=False)
-    monkeypatch.setattr(reporting, "log_path", lambda: tmp_path / "log.txt")
     bpy.context.scene.sketch_to_face.sketch = str(sketch)
     sentence = error_of(bpy.ops.sketch_to_face.fit)
     assert "ZeroDivisionError" in sentence and "log.txt" in sentence
@@ -234,3 +233,18 @@ def test_button_waits_for_object_mode(shell, rig):
     assert not bpy.ops.sketch_to_face.fit.poll()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert bpy.ops.sketch_to_face.fit.poll()
+
+
+def test_head_placed_by_hand_reaches_the_core(shell):
+    from addon.blender import properties
+
+    settings = bpy.context.scene.sketch_to_face
+    assert properties.fit_options(settings).align is None
+    settings.place_head, settings.head_box = True, (10, 20, 300, 400)
+    assert properties.fit_options(settings).align == "10,20,300,400"
+
+
+def test_empty_head_box_is_one_sentence(shell, sketch):
+    settings = bpy.context.scene.sketch_to_face
+    settings.sketch, settings.place_head = str(sketch), True
+    assert "is empty" in error_of(bpy.ops.sketch_to_face.fit)
