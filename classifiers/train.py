@@ -48,7 +48,8 @@ class Config:
     trunk_rate: float = 0.6  # of that, for the pretrained trunk
     decay: float = 1e-2
     warm_up: float = 0.03  # share of the budget in which the rate rises
-    freeze_norm: float = 0.35  # share after which batch normalisation keeps its statistics (faster)
+    settle: float = 0.3  # share after which the parts named in `settle` stay as they are (faster)
+    settled_blocks: int = 3  # of the trunk, from the page on
     far_weight: float = 0.2  # how much the units count in crops where the face is small
     imagenet: bool = True
     seed: int = 1
@@ -274,10 +275,8 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
             waited += time.monotonic() - begun
             progress = max(used / budget, step / config.steps if config.steps else 0.0)
             networks.train()
-            if progress >= config.freeze_norm:
-                for module in networks.modules():
-                    if isinstance(module, torch.nn.BatchNorm2d):
-                        module.eval()
+            if progress >= config.settle:
+                settle(networks, config.settled_blocks)
             for group in optimiser.param_groups:
                 group["lr"] = config.rate * group["share"] * rate_at(progress, config)
             parts = loss_parts(networks(batch["ink"]), batch, config.far_weight)
@@ -317,6 +316,21 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
     return path
 
 
+def settle(networks: Networks, blocks: int) -> None:
+    """Fix the statistics of batch normalisation, the stem and the trunk's first blocks.
+
+    Those blocks work at the highest resolution and take half of the time; strokes and their ends
+    have long been learnt when the rest still improves.
+    """
+    import torch
+
+    for module in networks.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.eval()
+    networks.trunk.stem.requires_grad_(False)
+    networks.trunk.blocks[:blocks].requires_grad_(False)
+
+
 def report(networks: Networks, validation: dict[str, torch.Tensor], step: int) -> None:
     figures = validate(networks.cpu(), {name: t.cpu() for name, t in validation.items()})
     networks.to(validation["ink"].device)
@@ -338,12 +352,10 @@ def speed(aus: Sequence[str], landmarks: Sequence[str], config: Config) -> None:
     networks = Networks(aus, landmarks, config.size).to(memory_format=torch.channels_last)
     ink = torch.rand(config.batch, 1, config.size, config.size)
     ink = ink.contiguous(memory_format=torch.channels_last)
-    for frozen in (False, True):
+    for settled in (False, True):
         networks.train()
-        if frozen:
-            for module in networks.modules():
-                if isinstance(module, torch.nn.BatchNorm2d):
-                    module.eval()
+        if settled:
+            settle(networks, config.settled_blocks)
         for threads in (1, 2):
             torch.set_num_threads(threads)
             seconds = []
@@ -352,7 +364,7 @@ def speed(aus: Sequence[str], landmarks: Sequence[str], config: Config) -> None:
                 torch.stack([output.square().mean() for output in networks(ink)]).sum().backward()
                 seconds.append(time.monotonic() - begun)
             print(
-                f"{threads} threads{', statistics frozen' if frozen else ''}:"
+                f"{threads} threads{', settled' if settled else ''}:"
                 f" {config.batch / min(seconds):.1f} images/s at best,"
                 f" {config.batch / float(np.median(seconds)):.1f} in the middle"
             )
