@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
 from addon.drawing import Floats
@@ -79,12 +79,13 @@ def explain(
     rows = -(-len(names) // columns)
     sheet = Image.new("RGB", (columns * size[0], rows * (size[1] + CAPTION)), "white")
     pen = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(15)
     for index, (name, heat) in enumerate(zip(names, heats, strict=True)):
         u = index % columns * size[0]
         v = index // columns * (size[1] + CAPTION)
         sheet.paste(_panel(drawing, heat).resize(size, Image.Resampling.BOX), (u, v + CAPTION))
         label = f"{name} {detection.probabilities[name]:.2f}"
-        pen.text((u + 8, v + 6), label, fill="black")
+        pen.text((u + 8, v + 4), label, fill="black", font=font)
     return sheet
 
 
