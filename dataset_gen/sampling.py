@@ -11,7 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from facs_rig import (
-    CONTROL_NAMES, DETECTED, FULL_INTENSITY, IDENTITY, Camera, FaceParameters, FaceRig,
+    CONTROL_NAMES,
+    DETECTED,
+    FULL_INTENSITY,
+    IDENTITY,
+    Camera,
+    FaceParameters,
+    FaceRig,
 )  # fmt: skip
 
 from .ink import Style, sample_style

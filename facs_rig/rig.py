@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
 from .controls import CONTROL_NAMES, FULL_INTENSITY, MAX_INTENSITY
-from .identity import target_weights
+from .identity import FEATURES, target_weights
 from .mesh import corner_matrix, is_shape
 from .rotation import rotation
 from .subdivide import triangulate
@@ -124,13 +124,6 @@ class FaceRig:
         moved += self._creases.toarray().reshape(count, self.n_vertices, 3)
         return np.ascontiguousarray(moved, dtype=np.float32)
 
-    @cached_property
-    def _flat_deltas(self) -> sp.csr_matrix:
-        """(3n, 47) sparse: most controls move a small part of the face."""
-        flat = self.control_deltas.reshape(len(CONTROL_NAMES), -1).copy()
-        flat[np.abs(flat) < 1e-8] = 0
-        return sp.csr_matrix(flat).T.tocsr()
-
     def _cage(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
         weights = target_weights(identity).astype(np.float32)
         return self._base + (self._identity.T @ weights).reshape(-1, 3)
@@ -139,6 +132,18 @@ class FaceRig:
         """(n, 3) the face without expression, head upright. ValueError for unknown names."""
         cage = self._cage(identity or {})
         return (self._matrix @ cage[: self._m]) - cage[self._m]
+
+    @cached_property
+    def landmark_moves(self) -> NDArray[np.float32]:
+        """(features, landmarks, 3) metres that each of identity.FEATURES at 1 moves a landmark.
+
+        The mean of the movements toward 1 and away from -1; the features alone, head upright.
+        """
+        ends = self._identity[-2 * len(FEATURES) :].toarray().reshape(len(FEATURES), 2, -1, 3)
+        cage = (ends[:, 1] - ends[:, 0]) / 2
+        cage = cage[:, : self._m] - cage[:, self._m : self._m + 1]
+        rows = self._matrix[self.landmarks]
+        return np.stack([rows @ move for move in cage])
 
     def neck_joint(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
         """(3,) where the neck turns, in metres from the head's joint."""
@@ -151,7 +156,8 @@ class FaceRig:
         """(n, 3) identity, expression and fitted `offsets` (n, 3), head upright."""
         weights = intensities(parameters.aus) / FULL_INTENSITY
         vertices = self.neutral(parameters.identity)
-        vertices = vertices + (self._flat_deltas @ weights).reshape(-1, 3)
+        for k in np.flatnonzero(weights):
+            vertices += weights[k] * self.control_deltas[k]
         if offsets is not None:
             vertices = vertices + is_shape(offsets, (self.n_vertices, 3), "offsets")
         return vertices.astype(np.float32)
@@ -168,13 +174,24 @@ class FaceRig:
     def unturn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
         """Displacements (n, 3) of the turned face as displacements of the upright one."""
         is_shape(vectors, (self.n_vertices, 3), "vectors")
-        linear = np.broadcast_to(np.eye(3), (self.n_vertices, 3, 3))
-        for angles, weight, _ in self._joints(parameters):
-            step = np.eye(3) + weight[:, :, None] * (rotation(angles) - np.eye(3))
-            linear = step @ linear
+        linear = self._turning(parameters)
         return np.linalg.solve(linear, vectors[:, :, None].astype(float))[:, :, 0].astype(
             np.float32
         )
+
+    def turn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
+        """Displacements (..., n, 3) of the upright face as displacements of the turned one."""
+        if not any(parameters.head) and not any(parameters.neck):
+            return vectors.astype(np.float32)
+        turning = self._turning(parameters).astype(np.float32)
+        return np.einsum("nij,...nj->...ni", turning, vectors)
+
+    def _turning(self, parameters: FaceParameters) -> NDArray[np.float64]:
+        """(n, 3, 3) what the joints do to a displacement of each vertex."""
+        linear = np.broadcast_to(np.eye(3), (self.n_vertices, 3, 3))
+        for angles, weight, _ in self._joints(parameters):
+            linear = (np.eye(3) + weight[:, :, None] * (rotation(angles) - np.eye(3))) @ linear
+        return linear
 
     def _joints(self, parameters: FaceParameters):
         """(angles, vertex weights (n, 1), pivot) of the joints in use, head first."""
@@ -193,11 +210,12 @@ class FaceRig:
         """(b, n, 3) many posed faces."""
         if not batch:
             return np.zeros((0, self.n_vertices, 3), dtype=np.float32)
-        weights = np.stack([intensities(p.aus) for p in batch], axis=1) / FULL_INTENSITY
-        moved = (self._flat_deltas @ weights).reshape(self.n_vertices, 3, len(batch))
+        weights = np.stack([intensities(p.aus) for p in batch]) / np.float32(FULL_INTENSITY)
+        moved = weights @ self.control_deltas.reshape(len(CONTROL_NAMES), -1)
+        moved = moved.reshape(len(batch), self.n_vertices, 3)
         out = np.empty((len(batch), self.n_vertices, 3), dtype=np.float32)
         for k, parameters in enumerate(batch):
-            out[k] = self.turn(self.neutral(parameters.identity) + moved[:, :, k], parameters)
+            out[k] = self.turn(self.neutral(parameters.identity) + moved[k], parameters)
         return out
 
     def stroke_points(self, vertices: NDArray, name: str) -> NDArray:

@@ -1,7 +1,7 @@
 """Active contours that pull a posed face to the lines of a sketch (the thesis, chapter 3)."""
 
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
-from .fit import Fit, fit_offsets
+from .fit import Fit, fit_offsets, head_box
 from .identity import fit_identity
 from .tweakables import WORKING_SIZE, Tweakables, describe
 
@@ -15,6 +15,7 @@ __all__ = [
     "describe",
     "fit_identity",
     "fit_offsets",
+    "head_box",
     "ink_box",
     "parse_box",
 ]

@@ -1,0 +1,92 @@
+"""How far the lines of a face lie from the lines of a sketch, in pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from skimage.filters import threshold_otsu
+from skimage.morphology import skeletonize
+from skimage.transform import resize
+
+from dataset_gen import draw_strokes
+from facs_rig import Camera, FaceRig
+
+HEIGHT = 400  # pixels in which the box of the head is measured, at most
+STEP = 0.7  # pixels between the points that stand for a line
+Box = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """A sketch made ready to be compared with many faces.
+
+    box : (left, top, right, bottom), pixels of the drawing, that is measured in
+    lines : (h, w) bool, the sketch's lines there, a cell wide
+    distance : (h, w) cells to the nearest of them       cell : pixels of the drawing per cell
+    reach : cells at which every distance is cut
+    """
+
+    box: Box
+    lines: NDArray[np.bool_]
+    distance: NDArray[np.float64]
+    cell: float
+    reach: float
+
+
+def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
+    """Prepare a drawing (h, w; 1 is paper) for `contour_error` within `box`.
+
+    box : (left, top, right, bottom), pixels;  reach : pixels.
+    """
+    left, top, right, bottom = (int(round(x)) for x in box)
+    size = np.array([max(bottom - top, 2), max(right - left, 2)])
+    cell = max(1.0, size[0] / HEIGHT)
+    h, w = np.ceil(size / cell).astype(int)
+    page = np.ones(size, dtype=np.float32)
+    y0, x0 = max(top, 0), max(left, 0)
+    part = drawing[y0 : max(bottom, 0), x0 : max(right, 0)]
+    page[y0 - top : y0 - top + part.shape[0], x0 - left : x0 - left + part.shape[1]] = part
+    if cell > 1:
+        page = resize(page, (h, w), order=1, anti_aliasing=True)
+    lines = np.zeros(page.shape, dtype=bool)
+    if page.max() > page.min():
+        lines = skeletonize(page < threshold_otsu(page))
+    return Ruler(
+        (left, top, right, bottom), lines, distance_transform_edt(~lines), cell, reach / cell
+    )
+
+
+def contour_error(ruler: Ruler, rig: FaceRig, posed: NDArray, camera: Camera) -> float:
+    """Mean distance, in pixels of the drawing, between a posed face's lines and the sketch's.
+
+    A symmetric chamfer distance (Barrow, Tenenbaum, Bolles, Wolf 1977): from each to the other,
+    every distance cut at the ruler's reach, so that a line without any counterpart (hair, a hat)
+    counts as much and no more wherever the face lies. The reach where either has no lines.
+
+    posed : (n, 3) metres;  camera : of the drawing's pixels.
+    """
+    h, w = ruler.lines.shape
+    crop = camera.cropped(*ruler.box, w, h)
+    col, row = np.floor(model_lines(rig, posed, crop)).astype(np.int64).T
+    inside = (col >= 0) & (col < w) & (row >= 0) & (row < h)
+    drawn = np.zeros((h, w), dtype=bool)
+    drawn[row[inside], col[inside]] = True
+    if not drawn.any() or not ruler.lines.any():
+        return ruler.reach * ruler.cell
+    to_sketch = np.minimum(ruler.distance[row[inside], col[inside]], ruler.reach).mean()
+    to_model = np.minimum(distance_transform_edt(~drawn)[ruler.lines], ruler.reach).mean()
+    return float(to_sketch + to_model) / 2 * ruler.cell
+
+
+def model_lines(rig: FaceRig, posed: NDArray, camera: Camera) -> NDArray[np.float64]:
+    """(k, 2) pixels all along the visible lines of a posed face: contours, brows, irises."""
+    points = [np.zeros((0, 2))]
+    for stroke in draw_strokes(rig, posed, camera, detail=1):
+        steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
+        s = np.concatenate([[0], np.cumsum(steps)])
+        at = np.arange(0, s[-1], STEP)
+        points.append(np.stack([np.interp(at, s, x) for x in stroke.points.T], axis=1))
+    return np.concatenate(points)

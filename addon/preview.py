@@ -1,0 +1,98 @@
+"""The preview: a sketch and the face that came of it, side by side."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from dataset_gen import Style, draw_strokes, ink
+from facs_rig import Camera, FaceRig, rasterise
+from facs_rig.mesh import vertex_normals
+from facs_rig.paint import MATERIALS, materials_at, srgb
+from facs_rig.raster import barycentric
+
+if TYPE_CHECKING:
+    from addon.pipeline import FaceFit
+
+PANEL = 420  # pixels, the height of a panel
+ROOM = 0.12  # around the face, as a share of its height
+FINER = 2
+LAMPS = (((-0.45, 0.55, 0.7), 0.72), ((0.75, 0.1, 0.35), 0.22))  # direction to the lamp, strength
+AMBIENT = 0.12
+PAPER = 250
+
+
+def panels(face: FaceFit) -> NDArray[np.uint8]:
+    """(h, 4 w, 3) uint8: sketch, detected expression, fitted face, its lines over the sketch."""
+    expression = face.rig.pose(face.parameters)
+    camera, box = _close_up(face)
+    sketch = _cut(face.drawing.image, box, (camera.width, camera.height))
+    strokes = draw_strokes(face.rig, face.vertices, camera, detail=1)
+    lines = ink(strokes, camera.width, camera.height, Style(width=1.8))
+    overlay = 255 - 0.35 * (255 - np.repeat(sketch[:, :, None], 3, axis=2).astype(float))
+    share = (255 - lines[:, :, None].astype(float)) / 255
+    overlay = overlay * (1 - share) + np.array([200, 40, 30]) * share
+    identity = dict(face.parameters.identity)
+    return np.concatenate(
+        [
+            np.repeat(sketch[:, :, None], 3, axis=2),
+            paint(face.rig, expression, camera, identity),
+            paint(face.rig, face.vertices, camera, identity),
+            overlay.astype(np.uint8),
+        ],
+        axis=1,
+    )
+
+
+def paint(
+    rig: FaceRig, vertices: NDArray, camera: Camera, identity: dict[str, float] | None = None
+) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps."""
+    fine = camera.cropped(
+        0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
+    )
+    buffers = rasterise(vertices, rig.triangles, fine)
+    v, u = np.nonzero(buffers.triangle >= 0)
+    owner = buffers.triangle[v, u]
+    weights = barycentric(vertices, rig.triangles, fine, owner, u + 0.5, v + 0.5)
+
+    def at_pixels(values: NDArray) -> NDArray:
+        return np.einsum("kc,kcd->kd", weights, values[rig.triangles[owner]])
+
+    normals = at_pixels(vertex_normals(vertices, rig.triangles, rig.corners))
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    light = np.full(len(normals), AMBIENT)
+    for direction, strength in LAMPS:
+        toward = np.array(direction) / np.linalg.norm(direction)
+        light += strength * np.clip(normals @ toward, 0, 1)
+    # Brows and irises are looked up where the pixel lies on the face at rest: crisp at any size.
+    neutral = rig.neutral(identity)
+    material = materials_at(rig, neutral, at_pixels(neutral), rig.triangle_part[owner])
+    linear = np.array([colour[:3] for colour, _ in MATERIALS.values()])
+    picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
+    picture[v, u] = 255 * srgb(linear[material] * np.clip(light, 0, 1.1)[:, None])
+    blocks = (camera.height, FINER, camera.width, FINER, 3)
+    return np.clip(picture.reshape(blocks).mean(axis=(1, 3)), 0, 255).astype(np.uint8)
+
+
+def _close_up(face: FaceFit) -> tuple[Camera, tuple[float, float, float, float]]:
+    """Camera of one panel, and the box of the drawing that it shows."""
+    pixels = face.camera.project(face.vertices)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    room = ROOM * (high[1] - low[1])
+    left, top = low - room
+    right, bottom = high + room
+    width = round(PANEL * (right - left) / (bottom - top))
+    return face.camera.cropped(left, top, right, bottom, width, PANEL), (left, top, right, bottom)
+
+
+def _cut(image: NDArray, box: tuple[float, float, float, float], size: tuple[int, int]) -> NDArray:
+    """(h, w) uint8 the box of a drawing (1 is paper) at the panel's size, paper around it."""
+    picture = Image.fromarray((255 * image).astype(np.uint8))
+    left, top, right, bottom = (int(np.floor(x)) for x in box)
+    page = Image.new("L", (max(right - left, 1), max(bottom - top, 1)), 255)
+    page.paste(picture, (-left, -top))
+    return np.asarray(page.resize(size, Image.Resampling.LANCZOS))
