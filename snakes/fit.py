@@ -8,11 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
+from scipy.spatial import cKDTree
 
-from facs_rig import Camera, FaceParameters, FaceRig, rasterise, shade, visible
-from facs_rig.mesh import vertex_normals
+from facs_rig import Camera, FaceParameters, FaceRig
 
 from .active import FEWEST, relax
 from .contours import Box, cut_at_corners, find_lines, working_drawing
@@ -20,27 +20,22 @@ from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
 from .mapping import pixels_to_vertices, world_moves
 from .offsets import merge_handles, proportional_edit, reach_of, smoothing_matrix, symmetrise
 from .parts import carry_parts
+from .render import Render, expression_render
 from .tweakables import WORKING_SIZE, Tweakables
 
-__all__ = ["Fit", "expression_render", "fit_offsets", "head_box"]
+__all__ = ["Fit", "fit_offsets", "head_box"]
 
 MARGIN = 0.06
 """Room around the projected face, as a fraction of its width and height."""
-FINER = 2
-"""The render is made this many times finer than the working image and then averaged."""
-BLUR = 1.0
-"""Standard deviation, working pixels, of the blur that lets snakes feel a line from beside it."""
-BROAD = ((2.0, 0.7), (6.0, 0.3))
-"""The broad shading that is taken out of the render, so that snakes follow lines and do not slide
-down a cheek: standard deviations of blurs in working pixels, and their shares."""
-INKED = 0.3
-"""Brightness that is left where a brow or an iris is drawn on the surface."""
-SLOPE = 0.08
-"""Brightness per pixel by which the ground around the face rises with the distance from it."""
 DEPTH = 4.0
 """How many times farther than sideways a movement reaches along the line of sight.
 
 An outline is where the surface turns away; moved alone it would become a groove or a flange."""
+LOST = 0.3
+"""A snake of which less than this share found a line tries once more on the shading."""
+CROWD_REACH = 8.0
+CROWD = 75
+"""Contour points within CROWD_REACH pixels from which on lines are hatching; one line has 45."""
 PASSES = 2
 """The second pass moves what the averaging of the first left over."""
 SMOOTHINGS = 20
@@ -103,24 +98,24 @@ def fit_offsets(
     posed = rig.pose(parameters)
     box = head_box(posed, camera)
     small = camera.cropped(*box, *WORKING_SIZE)
-    render, candidates, covered = expression_render(rig, posed, small)
+    render = expression_render(rig, posed, small)
     clock.lap("render")
 
     working = working_drawing(drawing, box)
     lines = find_lines(working, settings.gap_closing, settings.thinning_iterations)
-    contours, strays = _near_face(lines, covered, settings)
+    contours, strays = _near_face(lines, render.covered, settings)
     clock.lap("contours")
 
-    snakes = relax(render, contours, settings)
+    snakes = _run(contours, render, settings)
     clock.lap("snakes")
 
-    found, used = _collect(contours, snakes, render, settings.max_delta)
+    found, used = _collect(contours, snakes, render.lines, settings.max_delta)
     agreeing = consistent(found)
     found = PixelDeltas(found.pixels[agreeing], found.deltas[agreeing], found.counts[agreeing])
     used = _only_from(found.pixels, snakes, used)
     clock.lap("deltas")
 
-    offsets = _apply(found, rig, parameters, posed, candidates, small, settings)
+    offsets = _apply(found, rig, parameters, posed, render.movable, small, settings)
     clock.lap("offsets")
 
     cell = np.array([(box[2] - box[0]) / WORKING_SIZE[0], (box[3] - box[1]) / WORKING_SIZE[1]])
@@ -146,7 +141,7 @@ def fit_offsets(
         deltas=found,
         box=box,
         drawing=working,
-        render=render,
+        render=render.lines,
         timings_s=clock.laps,
     )
 
@@ -164,71 +159,6 @@ def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
     left, top = low - room
     right, bottom = high + room
     return float(left), float(top), float(right), float(bottom)
-
-
-def expression_render(
-    rig: FaceRig, posed: NDArray[np.floating], camera: Camera
-) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
-    """The picture that draws the snakes, which vertices can be moved, and where the face is.
-
-    The headlight-shaded face, antialiased and slightly blurred. White ground would be flat and
-    leave a snake outside the face where it is, so the ground rises from the brightness of the
-    nearest skin by SLOPE per pixel (and may pass 1): a drawn outline beyond the face's slides in.
-
-    Returns
-    -------
-    render : (h, w) float32, the camera's size
-    candidates : (n,) bool, the visible skin vertices, which face the viewer
-    covered : (h, w) bool, the pixels where the face is
-    """
-    width, height = camera.width, camera.height
-    fine = camera.cropped(0, 0, width, height, width * FINER, height * FINER)
-    # Lashes would hide the lids' own lines.
-    triangles = rig.triangles[~rig.parts["lashes"][rig.triangles].any(axis=1)]
-    buffers = rasterise(posed, triangles, fine)
-    shaded = shade(posed, triangles, fine, buffers)
-    face = buffers.triangle >= 0
-    _draw_strokes(shaded, rig, posed, fine, face)
-    if face.any():
-        broad = sum(share * _blurred_inside(shaded, face, size * FINER) for size, share in BROAD)
-        shaded = np.where(face, 0.5 + shaded - broad, 0.5)
-        away, nearest = distance_transform_edt(~face, return_indices=True)
-        ground = shaded[nearest[0], nearest[1]] + SLOPE * away / FINER
-        shaded = np.where(face, shaded, ground)
-    blurred = gaussian_filter(shaded, BLUR * FINER, mode="nearest")
-    blocks = (height, FINER, width, FINER)
-    render = blurred.reshape(blocks).mean(axis=(1, 3)).astype(np.float32)
-    covered = face.reshape(blocks).mean(axis=(1, 3)) > 0.5
-    facing = vertex_normals(posed, rig.triangles)[:, 2] > 0.0
-    return render, rig.parts["skin"] & facing & visible(posed, fine, buffers), covered
-
-
-def _blurred_inside(
-    image: NDArray[np.float32], face: NDArray[np.bool_], width: float
-) -> NDArray[np.float32]:
-    """Blur that takes nothing from outside the face."""
-    weight = gaussian_filter(face.astype(np.float32), width)
-    return gaussian_filter(np.where(face, image, 0.0), width) / np.maximum(weight, 1e-6)
-
-
-def _draw_strokes(
-    image: NDArray[np.float32],
-    rig: FaceRig,
-    posed: NDArray[np.floating],
-    camera: Camera,
-    face: NDArray[np.bool_],
-) -> None:
-    """Darken `image` along the brows and irises that lie on the surface, in place."""
-    for name in rig.strokes:
-        pixels = camera.project(rig.stroke_points(posed, name))
-        steps = np.linspace(0, len(pixels) - 1, 12 * len(pixels))
-        along = np.arange(len(pixels))
-        column = np.interp(steps, along, pixels[:, 0]).astype(np.intp)
-        row = np.interp(steps, along, pixels[:, 1]).astype(np.intp)
-        inside = (column >= 0) & (row >= 0) & (column < camera.width) & (row < camera.height)
-        column, row = column[inside], row[inside]
-        on = face[row, column]
-        image[row[on], column[on]] *= INKED
 
 
 def _near_face(
@@ -252,6 +182,33 @@ def _near_face(
             near += [line[part]] if whole else cut_at_corners(line[part], FEWEST)
         far += [line[part] for part in runs(~reachable, 2)]
     return near, far
+
+
+def _run(
+    contours: list[NDArray[np.float64]], render: Render, settings: Tweakables
+) -> list[NDArray[np.float64]]:
+    """Let the contours settle on the lines, and those that found none on the shading.
+
+    A line draws a snake from a few pixels beside it, the shading of the whole head from far away;
+    but what slides far often meets the wrong line, so it is the second choice, and hatching, which
+    is mostly hair, is left out of it.
+    """
+    snakes = relax(render.lines, contours, settings)
+    if not snakes:
+        return snakes
+    _, used = _collect(contours, snakes, render.lines, settings.max_delta)
+    tree = cKDTree(np.concatenate(contours))
+    lost = [
+        index
+        for index, (line, flags) in enumerate(zip(contours, used, strict=True))
+        if flags.mean() < LOST
+        and tree.query_ball_point(line, CROWD_REACH, return_length=True).mean() < CROWD
+    ]
+    for index, snake in zip(
+        lost, relax(render.shading, [contours[index] for index in lost], settings), strict=True
+    ):
+        snakes[index] = snake
+    return snakes
 
 
 def _collect(

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from snakes.offsets import (
     falloff,
+    merge_handles,
     proportional_edit,
     reach_of,
     smoothing_matrix,
@@ -131,3 +132,15 @@ def test_smoothing_keeps_what_is_constant_and_calms_the_rest(ball, rng):
     assert np.allclose(smoother @ np.ones(ball.n_vertices), 1.0)
     noise = rng.normal(size=ball.n_vertices)
     assert (smoother @ noise).std() < 0.8 * noise.std()
+
+
+def test_near_handles_are_merged_to_their_mean_and_far_ones_stay(rng):
+    cluster = rng.uniform(0.1, 0.4, (10, 3)) * 1e-3  # within a cell of a quarter of 8 mm
+    points = np.concatenate([cluster, [[0.05, 0.0, 0.0]]])
+    moves = rng.normal(size=(11, 3)) * 1e-4
+    chosen, merged, reach = merge_handles(points, moves, np.full(11, 8e-3))
+    assert len(chosen) == 2 and 10 in chosen
+    first = int(np.flatnonzero(chosen != 10)[0])
+    assert np.allclose(merged[first], moves[:10].mean(axis=0))
+    assert np.allclose(merged[1 - first], moves[10])
+    assert np.allclose(reach, 8e-3)
