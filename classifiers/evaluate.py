@@ -1,4 +1,7 @@
-"""How well the shipped detector does on a folder of shards: `sketch2face evaluate --data DIR`."""
+"""How well the detector does on a folder of shards: `sketch2face evaluate --data DIR`.
+
+Without a folder the figures that were measured when the weights were made are shown.
+"""
 
 from __future__ import annotations
 
@@ -69,6 +72,17 @@ def figures(detector: Detector, readings: Sequence[Reading], targets: Targets) -
     }
 
 
+def rounded(value: Any) -> Any:
+    """Figures to six digits, nan to null: for people, and for programs that read JSON."""
+    if isinstance(value, dict):
+        return {key: rounded(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    return value
+
+
 def evaluate(detector: Detector, data: shards.DataSet) -> dict[str, Any]:
     """Figures of the detector on a data set, with the median time of a detection."""
     targets = encode(data.records, detector.aus, detector.landmarks)
@@ -80,25 +94,30 @@ def evaluate(detector: Detector, data: shards.DataSet) -> dict[str, Any]:
     return figures(detector, readings, targets) | {"median_ms": float(np.median(seconds) * 1000)}
 
 
+def number(value: float | None) -> float:
+    """JSON has no nan: null stands for what could not be measured."""
+    return float("nan") if value is None else value
+
+
 def table(result: dict[str, Any]) -> str:
     """The figures for people."""
     head = ("yes", "accuracy", "balanced", "F1", "AUC", "ECE", "intensity")
     keys = (*UNIT_FIGURES, "intensity_error")
     lines = [f"{'':20}" + "".join(f"{word:>10}" for word in head)]
     for name, unit in (*result["units"].items(), ("mean", result["mean"])):
-        lines.append(f"{name:20}" + "".join(f"{unit[key]:10.3f}" for key in keys))
+        lines.append(f"{name:20}" + "".join(f"{number(unit[key]):10.3f}" for key in keys))
     angles = "  ".join(f"{k} {v:.1f}°" for k, v in result["angle_error_deg"].items())
     lines.append(
         f"\n{result['drawings']} drawings; mean errors: {angles}; landmarks"
         f" {100 * result['landmark_error']:.1f}% of the face's height;"
-        f" {100 * result['seen_as_face']:.1f}% seen as a face;"
-        f" {result['median_ms']:.1f} ms a drawing"
+        f" {100 * result['seen_as_face']:.1f}% seen as a face"
+        + (f"; {result['median_ms']:.1f} ms a drawing" if "median_ms" in result else "")
     )
     return "\n".join(lines)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, required=True, help="folder of .tar shards")
+    parser.add_argument("--data", type=Path, help="folder of .tar shards (else: stored figures)")
     parser.add_argument("--weights", type=Path, default=WEIGHTS, help="folder of other networks")
     parser.add_argument("--limit", type=int, help="read at most so many drawings")
     parser.add_argument("--json", action="store_true", help="one JSON object instead of a table")
@@ -107,11 +126,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the figures; 0 when done, 2 if the shards or the weights cannot be used."""
     try:
-        result = evaluate(load_detector(args.weights), shards.load(args.data, args.limit))
+        detector = load_detector(args.weights)
+        if args.data:
+            results = {str(args.data): evaluate(detector, shards.load(args.data, args.limit))}
+        else:
+            stored = detector.model["figures"]
+            results = {kind: stored[kind] for kind in ("clean", "drawn_over")}
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    print(json.dumps(result) if args.json else table(result))
+    if args.json:
+        print(json.dumps(rounded(results[str(args.data)] if args.data else results)))
+        return 0
+    for kind, result in results.items():
+        print(f"{kind}\n{table(result)}\n")
     return 0
 
 

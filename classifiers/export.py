@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from . import metrics, shards
 from .augment import Names, artistic_page
 from .detector import DESCRIPTION, FORMAT, Detector, Reading
-from .evaluate import figures, pages_of, read_all
+from .evaluate import figures, pages_of, read_all, rounded
 from .labels import Targets, encode, rotated_in_picture
 from .negatives import faceless
 
@@ -238,17 +238,6 @@ def empty_pages(count: int) -> list[NDArray]:
 def write_description(folder: Path, model: dict[str, Any]) -> None:
     text = json.dumps(rounded(model), indent=1) + "\n"
     (folder / DESCRIPTION).write_text(text, encoding="utf-8")
-
-
-def rounded(value: Any) -> Any:
-    """Figures to six digits, nan to null: a description that people and other programs can read."""
-    if isinstance(value, dict):
-        return {key: rounded(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [rounded(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(f"{value:.6g}") if np.isfinite(value) else None
-    return value
 
 
 def main(argv: Sequence[str] | None = None) -> int:

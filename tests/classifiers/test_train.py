@@ -182,6 +182,8 @@ def test_the_description_says_how_good_and_from_what(fresh_weights, cartoons, ca
     assert result["drawings"] == 12 and set(result["units"]) == set(DETECTED)
     assert evaluate.main(arguments) == 0
     assert "balanced" in capsys.readouterr().out
+    assert evaluate.main(["--weights", str(fresh_weights)]) == 0
+    assert "drawn_over" in capsys.readouterr().out
     assert evaluate.main(["--data", str(fresh_weights), "--weights", str(fresh_weights)]) == 2
     assert "no .tar shard" in capsys.readouterr().err
 
