@@ -97,14 +97,13 @@ class Detector:
         """The networks' answer as probabilities, decisions and intensities."""
         probability = sigmoid(reading.logits / self._temperatures)
         probabilities = dict(zip(self.aus, probability.tolist(), strict=True))
-        intensities = settle(
-            {
-                name: float(np.clip(value, ACTIVE, FULL))
-                if probabilities[name] >= self._thresholds[name]
-                else 0.0
-                for name, value in zip(self.aus, reading.intensities, strict=True)
-            }
-        )
+        strong = {
+            name: float(np.clip(value, ACTIVE, FULL))
+            if probabilities[name] >= self._thresholds[name]
+            else 0.0
+            for name, value in zip(self.aus, reading.intensities, strict=True)
+        }
+        intensities = settle(likelier_side(strong, probabilities))
         yaw, pitch, roll = reading.angles.tolist()
         return Detection(
             probabilities=probabilities,
@@ -170,6 +169,24 @@ class Answers:
     angles: NDArray
     landmarks: NDArray
     face: NDArray
+
+
+def likelier_side(
+    intensities: dict[str, float], probabilities: dict[str, float]
+) -> dict[str, float]:
+    """Of a left and a right control that are both active keep the likelier, if one is in doubt.
+
+    By the rule of left and right never both are, so that two that are says which side is uncertain;
+    unless both are more likely than not, which is a symmetric action seen twice.
+    """
+    kept = dict(intensities)
+    for left in intensities:
+        right = left.removesuffix("_left") + "_right"
+        if left.endswith("_left") and right in kept and kept[left] and kept[right]:
+            doubtful = min(left, right, key=probabilities.__getitem__)
+            if probabilities[doubtful] < 0.5:
+                kept[doubtful] = 0.0
+    return kept
 
 
 def settle(intensities: dict[str, float]) -> dict[str, float]:

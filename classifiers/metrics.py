@@ -63,10 +63,11 @@ def rates(truth: NDArray, predicted: NDArray) -> dict[str, float]:
     }
 
 
-def best_threshold(truth: NDArray, probability: NDArray) -> float:
-    """The threshold of the highest balanced accuracy; in the middle of the gap where it lies.
+def best_threshold(truth: NDArray, probability: NDArray, slack: float = 0.0) -> float:
+    """The highest threshold whose balanced accuracy is at most `slack` below the best one's.
 
-    0.5 if the truth is all yes or all no.
+    The optimum is flat, and a false alarm disturbs an artist more than a faint action overlooked.
+    In the middle of the gap between two samples; 0.5 if the truth is all yes or all no.
     """
     yes, probability = counted(truth, probability)
     if not len(yes) or yes.all() or not yes.any():
@@ -78,8 +79,8 @@ def best_threshold(truth: NDArray, probability: NDArray) -> float:
     rejected = np.concatenate([[0], np.cumsum(~yes)]) / (~yes).sum()
     edges = np.concatenate([[0.0], (probability[1:] + probability[:-1]) / 2, [1.0]])
     usable = np.concatenate([[True], probability[1:] > probability[:-1], [True]])
-    gain = np.where(usable, 1 - missed + rejected, -1)
-    return float(edges[int(np.argmax(gain))])
+    balanced = np.where(usable, (1 - missed + rejected) / 2, -1)
+    return float(edges[np.flatnonzero(balanced >= balanced.max() - slack)[-1]])
 
 
 def calibration_error(truth: NDArray, probability: NDArray, bins: int = 15) -> float:

@@ -111,7 +111,8 @@ def loss_parts(
     """The terms whose sum is minimised.
 
     Yes/no is the mean cross-entropy of each unit's softmax (thesis, "Training"), over the drawings
-    where it is one or the other.
+    where it is one or the other. How strong is only asked where it is active, so that the answer
+    does not shrink with the doubt whether it is.
     """
     import torch
     from torch.nn import functional as F  # noqa: N812
@@ -127,6 +128,7 @@ def loss_parts(
     entropy = F.cross_entropy(
         units[:, :, :2].permute(0, 2, 1), torch.nan_to_num(truth).long(), reduction="none"
     )
+    strong = torch.nan_to_num(truth) * weight[:, None]
     fifths = F.smooth_l1_loss(units[:, :, 2], batch["intensity"] / FULL, beta=0.1, reduction="none")
     turn = F.smooth_l1_loss(angles, batch["angles"], beta=0.1, reduction="none").mean(dim=1)
     spot = F.smooth_l1_loss(points, batch["landmarks"], beta=0.02, reduction="none").mean(
@@ -134,8 +136,7 @@ def loss_parts(
     )
     return {
         "units": (entropy * known).sum() / known.sum().clamp(min=1e-6),
-        "intensity": (fifths * weight[:, None]).sum()
-        / (weight.sum().clamp(min=1) * fifths.shape[1]),
+        "intensity": (fifths * strong).sum() / strong.sum().clamp(min=1),
         "angles": 2 * (turn * has_face).sum() / faces,
         "landmarks": 5 * (spot * has_face).sum() / faces,
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, has_face),
@@ -398,6 +399,8 @@ def run(args: argparse.Namespace) -> int:
     """Train and export; 0 when done, 2 if the data or the options cannot be used."""
     from facs_rig import DETECTED
 
+    # Before torch is loaded: threads spinning at a barrier take the core that draws the batches.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     config = Config(**{field.name: getattr(args, field.name) for field in fields(Config)})
     try:
         data = shards.load(args.data, args.limit)
@@ -430,6 +433,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    # One thread spinning at a barrier takes the core on which the next batch is being drawn.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     sys.exit(main())

@@ -72,7 +72,7 @@ def test_the_second_look_of_a_mirrored_crop_is_the_mirrored_answer(detector, rng
     np.testing.assert_allclose(b.landmarks, a.landmarks[:, order] * (-1, 1) + (1, 0), atol=1e-4)
 
 
-def test_thresholds_and_the_rule_of_sides_decide(detector):
+def test_thresholds_and_the_rule_of_sides_decide(detector, monkeypatch):
     k = {name: i for i, name in enumerate(DETECTED)}
     logits = np.full(len(DETECTED), -40.0)
     intensities = np.full(len(DETECTED), 0.2)
@@ -81,6 +81,10 @@ def test_thresholds_and_the_rule_of_sides_decide(detector):
     points = np.zeros((len(LANDMARKS), 2))
     found = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
     assert found.expression() == pytest.approx({"grimace": 2.5, "grimace_left": 1.5, "smile": 5.0})
+    logits[k["grimace_right"]] = -0.5  # in doubt beside a certain left: it is the left alone
+    monkeypatch.setitem(detector._thresholds, "grimace_right", 0.05)
+    one = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
+    assert one.expression() == pytest.approx({"grimace_left": 4.0, "smile": 5.0})
     logits[k["sneer"]] = 40  # certain but faint: an active control is at least at 1
     found = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
     assert found.intensities["sneer"] == ACTIVE

@@ -37,6 +37,8 @@ def test_the_best_threshold_is_as_good_as_any(rng):
 
     best = metrics.best_threshold(truth, probability)
     assert balanced(best) == pytest.approx(max(balanced(t) for t in np.linspace(0, 1, 2001)))
+    careful = metrics.best_threshold(truth, probability, slack=0.02)
+    assert careful >= best and balanced(careful) >= balanced(best) - 0.02
     assert metrics.best_threshold(np.zeros(5), probability[:5]) == 0.5
 
 
