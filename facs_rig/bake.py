@@ -88,7 +88,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         if name.startswith("units/"):
             name = f"expression/units/caucasian/{name[6:]}"
         if "{s}" in name:
-            return sum(target(name.replace("{s}", side)) for side in "lr")
+            return target(name.replace("{s}", "l")) + target(name.replace("{s}", "r"))
         return read_target(mpfb / "targets" / f"{name}.target.gz", n)
 
     crop, cage_quads, part = crop_head(vertices, quads, groups)
@@ -121,13 +121,13 @@ def bake(data: Path) -> dict[str, NDArray]:
     skin = vertex_part == PART_NAMES.index("skin")
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
     by_name = {c.name: k for k, c in enumerate(CONTROLS)}
-    grooves = []
+    raised = []
     for c in CONTROLS:
         symmetric = by_name.get(
             c.name.removesuffix("_left").removesuffix("_right"), by_name[c.name]
         )
         active = default + matrix @ controls[symmetric][:m]
-        grooves.append(
+        raised.append(
             crease_displacements(c, active, vertex_normals(active, triangles), skin, eyes_middle)
         )
     rigid = np.isin(vertex_part, [PART_NAMES.index("eyes"), PART_NAMES.index("teeth")])
@@ -138,7 +138,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
     base = (base - origin) @ upright
     identity, controls = identity @ upright, controls @ upright
-    grooves = np.stack(grooves) @ upright
+    grooves = np.stack(raised) @ upright
     arrays = {
         "base": base.astype(np.float32),
         "cage_joints": np.array(m),

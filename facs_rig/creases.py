@@ -109,7 +109,8 @@ def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[n
     eyes = cage[np.unique(quads[part == PART_NAMES.index("eyes")])].mean(axis=0)
     centre = (corners.mean(axis=1) - eyes) * 100
     x, y, z = centre.T
-    left = [smooth_curve(crease.points, 60) for group in CREASES.values() for crease in group]
+    creases = [crease for group in CREASES.values() for crease in group]
+    left = [smooth_curve(np.array(crease.points), 60) for crease in creases]
     curves = np.concatenate([curve * [sign, 1] for curve in left for sign in (1, -1)])
     reach = cKDTree(curves).query(centre[:, :2])[0] - 70 * longest  # quad's half diagonal, in cm
     face = (z > -3.0) & (np.abs(x) < 6.4) & (y < 6.5) & (y > -11.0)

@@ -49,11 +49,12 @@ class FaceParameters:
     @classmethod
     def from_json(cls, data: Mapping) -> FaceParameters:
         """The inverse of `to_json`; what is missing is neutral."""
-        head, neck = (
-            tuple(float(np.radians(data.get(part, {}).get(a, 0.0))) for a in ANGLES)
-            for part in ("head", "neck")
-        )
-        return cls(dict(data.get("aus", {})), dict(data.get("identity", {})), head, neck)
+        def angles(part: str) -> tuple[float, float, float]:
+            yaw, pitch, roll = (float(np.radians(data.get(part, {}).get(a, 0.0))) for a in ANGLES)
+            return yaw, pitch, roll
+
+        aus, identity = dict(data.get("aus", {})), dict(data.get("identity", {}))
+        return cls(aus, identity, angles("head"), angles("neck"))
 
 
 def intensities(aus: Mapping[str, float]) -> NDArray[np.float32]:

@@ -1,0 +1,243 @@
+"""Posing: what every user of the rig relies on."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS, FaceParameters, load_rig
+from facs_rig.rotation import rotation
+
+MM = 1e-3
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+def points(rig, vertices):
+    return dict(zip(LANDMARKS, vertices[rig.landmarks], strict=True))
+
+
+def test_a_head_of_human_size_that_looks_forward(rig):
+    face = points(rig, rig.neutral())
+    assert np.ptp(rig.neutral(), axis=0) == pytest.approx([0.16, 0.26, 0.20], abs=0.03)
+    assert 0.05 < face["pupil_left"][0] - face["pupil_right"][0] < 0.07
+    assert face["nose_tip"][2] == max(p[2] for p in face.values())
+    order = ["forehead", "nose_root", "nose_tip", "lip_top", "lip_bottom", "chin"]
+    heights = [face[name][1] for name in order]
+    assert heights == sorted(heights, reverse=True)
+    assert face["eye_outer_left"][0] > 0 > face["eye_outer_right"][0]  # +x is the face's own left
+
+
+def test_landmarks_lie_on_their_feature(rig):
+    face = points(rig, rig.neutral())
+    for side, sign in (("left", 1), ("right", -1)):
+        corner, wing = face[f"mouth_corner_{side}"], face[f"nose_wing_{side}"]
+        assert 0.018 < sign * corner[0] < 0.032
+        assert 0.012 < sign * wing[0] < 0.024
+        pupil, top, low = (face[f"{n}_{side}"] for n in ("pupil", "eye_top", "eye_bottom"))
+        assert low[1] < pupil[1] < top[1]
+    assert face["lip_bottom"][1] < face["mouth_corner_left"][1] < face["lip_top"][1]
+
+
+def test_the_mesh_is_consistent(rig):
+    mesh = trimesh.Trimesh(rig.neutral(), rig.triangles, process=False)
+    assert mesh.is_winding_consistent
+    assert mesh.area_faces.min() > 0
+    skin = trimesh.Trimesh(
+        rig.neutral(), rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)], process=False
+    )
+    # an edge of one triangle only is the rim of the neck: refinement leaves no crack elsewhere
+    edges, count = np.unique(skin.edges_sorted, axis=0, return_counts=True)
+    rim = rig.neutral()[np.unique(edges[count == 1])]
+    assert count.max() == 2
+    assert (rim[:, 1] < -0.08).all()
+
+
+def test_outward_normals(rig):
+    mesh = trimesh.Trimesh(rig.neutral(), rig.triangles, process=False)
+    normals = mesh.vertex_normals[rig.landmarks]
+    assert (normals[:, 2] > -0.2).all()
+
+
+def test_polygons_and_triangles_are_the_same_surface(rig):
+    ends = np.append(rig.polygon_starts[1:], len(rig.polygon_vertices))
+    sizes = ends - rig.polygon_starts
+    assert set(sizes) == {3, 4}
+    assert (sizes - 2).sum() == len(rig.triangles)
+    assert set(rig.polygon_vertices) == set(rig.triangles.ravel())
+
+
+def test_mirror_is_an_involution_on_a_symmetric_face(rig):
+    face = rig.neutral({"age": 1.0, "nose_width": 1.0})
+    assert (rig.mirror[rig.mirror] == np.arange(rig.n_vertices)).all()
+    np.testing.assert_allclose(face[rig.mirror] * [-1, 1, 1], face, atol=2e-4)
+
+
+SIDED = [n[:-5] for n in CONTROL_NAMES if n.endswith("_left") and n != "jaw_left"]
+
+
+@pytest.mark.parametrize("name", SIDED)
+def test_left_and_right_add_up_to_the_symmetric_control(rig, name):
+    delta = dict(zip(CONTROL_NAMES, rig.control_deltas, strict=True))
+    both = delta[f"{name}_left"] + delta[f"{name}_right"]
+    np.testing.assert_allclose(both, delta[name], atol=1e-6)
+    left = delta[f"{name}_left"]
+    far = rig.neutral()[:, 0] < -0.02  # the other half of the face keeps still
+    assert np.abs(left[far]).max() < 0.1 * np.abs(left).max()
+
+
+@pytest.mark.parametrize("name", CONTROL_NAMES)
+def test_every_control_moves_the_face_a_natural_way(rig, name):
+    delta = rig.control_deltas[CONTROL_NAMES.index(name)]
+    most = np.linalg.norm(delta, axis=1).max()
+    assert 1 * MM < most < 40 * MM
+
+
+def moved(rig, name, landmark):
+    delta = rig.control_deltas[CONTROL_NAMES.index(name)]
+    return delta[rig.landmarks[LANDMARKS.index(landmark)]] / MM
+
+
+@pytest.mark.parametrize(
+    ("name", "landmark", "axis", "least"),
+    [
+        ("smile", "mouth_corner_left", 1, 3), ("smile", "mouth_corner_left", 0, 2),
+        ("frown", "mouth_corner_left", 1, -2), ("frontalis", "brow_peak_left", 1, 2),
+        ("medialis_frontalis", "brow_inner_left", 1, 2), ("brow_furrow", "brow_inner_left", 1, -2),
+        ("grimace", "mouth_corner_left", 0, 3), ("grimace_left", "mouth_corner_left", 0, 3),
+        ("sneer", "lip_top", 1, 2), ("wince", "nose_wing_left", 1, 1),
+        ("squint", "eye_bottom_left", 1, 1), ("pucker", "mouth_corner_left", 0, -1),
+        ("jaw_open", "chin", 1, -8), ("purse", "lip_top", 2, 2),
+        ("lid_raise", "eye_top_left", 1, 0.5), ("blink", "eye_top_left", 1, -2),
+    ],
+)  # fmt: skip
+def test_controls_move_their_feature_the_right_way(rig, name, landmark, axis, least):
+    """Signed millimetres at full natural activation."""
+    amount = moved(rig, name, landmark)[axis]
+    assert amount * np.sign(least) >= abs(least)
+
+
+@pytest.mark.parametrize("name", DETECTED)
+def test_detected_controls_crease_the_skin(rig, name):
+    """Sharper folds than the smooth blendshape has: the control without its creases is smoother."""
+    creases = rig._creases[CONTROL_NAMES.index(name)].toarray().reshape(-1, 3)
+    depth = np.linalg.norm(creases, axis=1)
+    assert depth.max() > 0.6 * MM
+    assert not depth[~rig.parts["skin"]].any()
+
+
+weights = st.fixed_dictionaries({}, optional={n: st.floats(0, 5) for n in CONTROL_NAMES[::5]})
+
+
+@settings(max_examples=15, deadline=None)
+@given(weights, weights)
+def test_posing_is_linear_in_the_activations(a, b):
+    rig = load_rig()
+    total = {n: a.get(n, 0) + b.get(n, 0) for n in {*a, *b}}
+    pa, pb, pt = (rig.shape(FaceParameters(aus=x)) for x in (a, b, total))
+    np.testing.assert_allclose(pt - rig.neutral(), pa + pb - 2 * rig.neutral(), atol=2e-6)
+
+
+def test_batch_equals_one_by_one(rig):
+    batch = [
+        FaceParameters({"smile": 5, "squint": 2}, {"age": 1.0}, (0.4, 0.1, -0.1), (0.1, 0, 0)),
+        FaceParameters(),
+        FaceParameters({"frontalis_left": 3.5}, {"gender": 1.0, "nose_hump": -1}),
+    ]
+    for one, many in zip(batch, rig.pose_batch(batch), strict=True):
+        np.testing.assert_allclose(rig.pose(one), many, atol=2e-6)
+    assert rig.pose_batch([]).shape == (0, rig.n_vertices, 3)
+
+
+def test_head_turns_the_way_the_contract_says(rig):
+    def nose(head):
+        return points(rig, rig.pose(FaceParameters(head=head)))["nose_tip"]
+
+    rest = nose((0, 0, 0))
+    assert nose((0.3, 0, 0))[0] > rest[0]  # to its own left: the image's right
+    assert nose((0, 0.3, 0))[1] < rest[1]  # down
+    top = points(rig, rig.pose(FaceParameters(head=(0, 0, 0.3))))["forehead"]
+    assert top[0] > 0.01  # to the image's right
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.tuples(*[st.floats(-1.2, 1.2)] * 3))
+def test_rotations_are_rotations(angles):
+    matrix = rotation(angles)
+    np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(matrix) == pytest.approx(1)
+
+
+def test_the_skull_turns_rigidly_and_the_neck_blends(rig):
+    turned = rig.pose(FaceParameters(head=(0.5, 0.2, -0.1)))
+    eyes = rig.parts["eyes"]
+    expected = rig.neutral()[eyes] @ rotation((0.5, 0.2, -0.1)).T
+    np.testing.assert_allclose(turned[eyes], expected, atol=1e-5)
+    rim = rig.neutral()[:, 1] < -0.115
+    assert np.linalg.norm((turned - rig.neutral())[rim], axis=1).max() < 0.02
+
+
+def test_unturning_undoes_turning(rig):
+    parameters = FaceParameters(head=(0.6, -0.2, 0.1), neck=(0.1, 0.1, 0))
+    vectors = np.random.default_rng(0).normal(size=(rig.n_vertices, 3)) * MM
+    back = rig.unturn_vectors(rig.turn_vectors(vectors, parameters), parameters)
+    np.testing.assert_allclose(back, vectors, atol=1e-8)
+    base = rig.shape(parameters)
+    np.testing.assert_allclose(
+        rig.turn(base + vectors, parameters) - rig.turn(base, parameters),
+        rig.turn_vectors(vectors, parameters),
+        atol=2e-7,
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.dictionaries(st.sampled_from(CONTROL_NAMES), st.floats(0, 10)),
+       st.tuples(*[st.floats(-1, 1)] * 3))  # fmt: skip
+def test_parameters_survive_json(aus, head):
+    import json
+
+    parameters = FaceParameters(aus, {"age": 0.5}, head)
+    again = FaceParameters.from_json(json.loads(json.dumps(parameters.to_json())))
+    assert again.aus == parameters.aus
+    assert again.identity == parameters.identity
+    assert again.head == pytest.approx(parameters.head)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "sentence"),
+    [
+        (FaceParameters({"grin": 1}), "there is no control 'grin'"),
+        (FaceParameters({"smile": 11}), "smile = 11 is outside 0 to 10"),
+        (FaceParameters({"smile": -1}), "smile = -1 is outside 0 to 10"),
+        (FaceParameters({"smile": float("nan")}), "smile = nan is outside 0 to 10"),
+        (FaceParameters({}, {"beard": 1}), "no identity parameter 'beard'"),
+    ],
+)
+def test_bad_parameters_are_named(rig, parameters, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        rig.pose(parameters)
+
+
+def test_offsets_must_fit(rig):
+    with pytest.raises(ValueError, match=r"offsets must have the shape"):
+        rig.shape(FaceParameters(), np.zeros((3, 3)))
+
+
+def test_identity_extremes_keep_the_face_whole(rig):
+    """Old and young, heavy and thin, all three ethnicities: no triangle of the face turns over."""
+    triangles = rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)]
+    rest = trimesh.Trimesh(rig.neutral(), triangles, process=False).face_normals
+    extremes: list[dict[str, float]] = [
+        {"age": 1, "gender": 1, "weight": 1},
+        {"gender": 0, "weight": -1},
+        {"african": 1, "asian": 0, "caucasian": 0},
+        {"asian": 1, "african": 0, "caucasian": 0},
+    ]
+    for identity in extremes:
+        normals = trimesh.Trimesh(rig.neutral(identity), triangles, process=False).face_normals
+        flipped = (np.einsum("ij,ij->i", rest, normals) < -0.5).mean()
+        assert flipped < 0.002
