@@ -20,6 +20,7 @@ FACE_MARGIN = 1.12
 PAGE_MARGIN = 1.06
 TYPICAL_INK = 0.6
 BLOCK = 16
+LARGE = 512
 
 
 @dataclass(frozen=True)
@@ -121,15 +122,19 @@ def ink_box(ink: Floats) -> Crop:
     Specks do not count: a thousandth of the ink may lie beyond each side.
     """
     height, width = ink.shape
+    cell_v = cell_u = 1.0
+    if max(height, width) > LARGE:  # the box of a large page need not be known to the pixel
+        ink = area_resample(ink, Crop(0, 0, width, height), LARGE)
+        cell_v, cell_u = height / LARGE, width / LARGE
     strong = ink * (ink > 0.25 * float(ink.max()))
     total = float(strong.sum())
     if total <= 0:
         return Crop.square((width / 2, height / 2), max(width, height))
     ends = []
-    for axis in (0, 1):
+    for axis, cell in ((0, cell_u), (1, cell_v)):
         share = np.cumsum(strong.sum(axis=axis, dtype=np.float64)) / total
         low, high = np.searchsorted(share, (0.001, 0.999))
-        ends.append((float(low), float(min(high + 1, len(share)))))
+        ends.append((cell * float(low), cell * float(min(high + 1, len(share)))))
     (left, right), (top, bottom) = ends
     side = max(right - left, bottom - top) * PAGE_MARGIN
     return Crop.square(((left + right) / 2, (top + bottom) / 2), side)

@@ -89,6 +89,11 @@ def test_the_ink_box_ignores_specks_and_frames_the_drawing():
     assert 100 <= clean.width <= 110 and clean.width == clean.height
     page[3, 290] = 0.3
     assert ink_box(page).width <= clean.width + 2
+    large = np.kron(page, np.ones((5, 5), np.float32))
+    for side in ("left", "top", "width"):
+        assert getattr(ink_box(large), side) == pytest.approx(
+            5 * getattr(ink_box(page), side), abs=9
+        )
     blank = ink_box(np.zeros((20, 50), np.float32))
     assert (blank.left, blank.width) == (0, 50)
 
