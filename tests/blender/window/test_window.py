@@ -15,7 +15,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 DRIVE = Path(__file__).with_name("drive.py")
-PICTURE = "SKETCH_TO_FACE_PICTURE"  # where a screenshot for the README goes, if anywhere
+# Environment: where a screenshot for the documentation goes, and of which sketch.
+PICTURE, SKETCH = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_SKETCH"
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +84,10 @@ def test_sketch_becomes_a_face_in_a_real_window(blender, display, tmp_path):
     addons = tmp_path / "scripts" / "addons"
     addons.mkdir(parents=True)
     (addons / "sketch_to_face").symlink_to(ROOT / "addon" / "blender")
-    sketch = ROOT / "addon" / "sketches" / "smiling_woman.png"
+    sketch = Path(os.environ.get(SKETCH, ROOT / "addon" / "sketches" / "smiling_woman.png"))
     arguments = ["-P", str(DRIVE), "--", "--sketch", str(sketch), "--out", str(tmp_path)]
     if os.environ.get(PICTURE):
-        arguments += ["--picture", os.environ[PICTURE]]
+        arguments += ["--picture", str(Path(os.environ[PICTURE]).resolve())]
     done = run(blender, display, tmp_path, arguments)
     assert done.returncode == 0, done.stdout + done.stderr
     result = json.loads((tmp_path / "result.json").read_text())
