@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
-from scipy.spatial import cKDTree
 
-PART_NAMES = ("skin", "eyes", "teeth", "lashes")
+PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes")
 
 # The neck is cut at y = a + b z of the source data (decimetres): higher at the back.
 NECK_CUT = (5.85, -0.2)
@@ -52,6 +50,8 @@ LANDMARKS: tuple[str, ...] = tuple(LANDMARK_POINTS)
 
 def smooth_curve(points: NDArray, count: int) -> NDArray[np.float64]:
     """`count` points along a shape-preserving curve through `points` (k, d), evenly by length."""
+    from scipy.interpolate import PchipInterpolator  # heavy, and only baking draws curves
+
     points = np.asarray(points, dtype=float)
     s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     if len(points) > 2:
@@ -71,6 +71,8 @@ def bind_from_front(
     Returns vertex indices (k, 3) and barycentric weights (k, 3) of the frontmost triangle whose
     vertices are all `allowed` (n,) and that faces the viewer; ValueError if there is none.
     """
+    from scipy.spatial import cKDTree
+
     corner = vertices[triangles]
     a, b, c = (corner[:, k, :2] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])

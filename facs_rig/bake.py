@@ -42,7 +42,8 @@ LOOK_DOWN = 7.0
 JOINTS = ("head", "neck", "l-eye", "r-eye")
 PART_GROUPS = {
     "eyes": ("helper-l-eye", "helper-r-eye"),
-    "teeth": ("helper-upper-teeth", "helper-lower-teeth", "helper-tongue"),
+    "teeth": ("helper-upper-teeth", "helper-lower-teeth"),
+    "tongue": ("helper-tongue",),
     "lashes": ("helper-l-eyelashes-1", "helper-l-eyelashes-2",
                "helper-r-eyelashes-1", "helper-r-eyelashes-2"),
 }  # fmt: skip
@@ -130,7 +131,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         raised.append(
             crease_displacements(c, active, vertex_normals(active, triangles), skin, eyes_middle)
         )
-    rigid = np.isin(vertex_part, [PART_NAMES.index("eyes"), PART_NAMES.index("teeth")])
+    rigid = np.isin(vertex_part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])
     head_weight, neck_weight = skin_weights(mpfb / "rigs" / "standard" / "weights.default.json", n)
     weights = np.clip(matrix @ (crop @ np.stack([head_weight, neck_weight], axis=1)), 0, 1)
     weights[rigid] = 1

@@ -121,7 +121,7 @@ def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[n
     level = np.round(np.log2(np.maximum(longest / aim, 1)) + 0.1).astype(np.int64)
     level = np.clip(level, np.where(face & ~inside & (z > -1.5), 1, 0), MOST_LEVELS)
     level[part == PART_NAMES.index("eyes")] = 2
-    level[(part == PART_NAMES.index("lashes")) | (part == PART_NAMES.index("teeth"))] = 1
+    level[np.isin(part, [PART_NAMES.index(p) for p in ("teeth", "tongue", "lashes")])] = 1
     return level
 
 

@@ -1,4 +1,4 @@
-"""What the parts of the face are made of: skin, brows, eye white, iris, pupil, teeth, lashes."""
+"""What the face is made of: skin, brows, eye white, iris, pupil, teeth, tongue, lashes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .rig import FaceRig
+from .rig import FaceRig, landmark_points
 
 # name -> (base colour, linear RGBA 0..1; roughness)
 MATERIALS: dict[str, tuple[tuple[float, float, float, float], float]] = {
@@ -17,6 +17,8 @@ MATERIALS: dict[str, tuple[tuple[float, float, float, float], float]] = {
     "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),
     "brows": ((0.10, 0.065, 0.045, 1.0), 0.70),
     "teeth": ((0.86, 0.82, 0.74, 1.0), 0.30),
+    "tongue": ((0.45, 0.13, 0.12, 1.0), 0.40),
+    "mouth": ((0.20, 0.04, 0.04, 1.0), 0.45),
     "lashes": ((0.05, 0.035, 0.03, 1.0), 0.80),
 }
 MATERIAL_NAMES = tuple(MATERIALS)
@@ -32,6 +34,8 @@ def materials_at(
     """
     by_part = np.array([MATERIAL_NAMES.index(name) for name in rig.part_names])
     out = by_part[part].astype(np.int32)
+    skin = part == rig.part_names.index("skin")
+    out[skin & _inside_mouth(rig, neutral, points)] = MATERIAL_NAMES.index("mouth")
     front = points[:, 2] > 0
     for material, carrier, outline in _drawn_areas(rig, neutral):
         near = front & (part == rig.part_names.index(carrier))
@@ -40,6 +44,15 @@ def materials_at(
         index = np.flatnonzero(near)
         out[index[_inside(flat[index], outline)]] = MATERIAL_NAMES.index(material)
     return out
+
+
+def _inside_mouth(rig: FaceRig, neutral: NDArray, points: NDArray) -> NDArray[np.bool_]:
+    """(k,) which skin points line the cavity behind the lips rather than the face."""
+    place = landmark_points(rig, neutral)
+    lips = (place["lip_top"] + place["lip_bottom"]) / 2
+    width = np.abs(place["mouth_corner_left"] - place["mouth_corner_right"])[0]
+    near = np.abs(points - lips) < [0.45 * width, 0.27 * width, np.inf]
+    return near[:, 0] & near[:, 1] & (points[:, 2] < lips[2] - 0.018) & (points[:, 2] > -0.01)
 
 
 def vertex_colours(rig: FaceRig, identity: dict[str, float] | None = None) -> NDArray[np.uint8]:

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter
 
 from .camera import Camera
 from .mesh import is_shape, vertex_normals
@@ -30,7 +29,9 @@ class Buffers:
     @cached_property
     def deepest(self) -> NDArray[np.float32]:
         """(h, w) the deepest of the 3 x 3 pixels around each; off the picture is background."""
-        return minimum_filter(self.depth, 3, mode="constant", cval=-np.inf)
+        deepest = np.pad(self.depth, 1, constant_values=-np.inf)
+        deepest = np.minimum(np.minimum(deepest[:-2], deepest[1:-1]), deepest[2:])
+        return np.minimum(np.minimum(deepest[:, :-2], deepest[:, 1:-1]), deepest[:, 2:])
 
 
 def rasterise(vertices: NDArray, triangles: NDArray, camera: Camera) -> Buffers:

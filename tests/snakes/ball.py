@@ -40,7 +40,7 @@ class Ball:
         self.mirror = np.concatenate([across.ravel(), [top, bottom]]).astype(np.int32)
         self.n_vertices = len(self.vertices)
         nothing = np.zeros(self.n_vertices, dtype=bool)
-        self.parts = {"skin": ~nothing, "eyes": nothing, "teeth": nothing, "lashes": nothing}
+        self.parts = {"skin": ~nothing, "eyes": nothing, "teeth": nothing, "tongue": nothing, "lashes": nothing}
         self.strokes: dict = {}
 
     def neutral(self, identity=None):
