@@ -19,7 +19,7 @@ from .contours import Box, cut_at_corners, find_lines, working_drawing
 from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
 from .mapping import pixels_to_vertices, world_moves
 from .offsets import merge_handles, proportional_edit, reach_of, smoothing_matrix, symmetrise
-from .parts import carry_parts
+from .parts import carry_parts, even_skull
 from .render import Render, expression_render
 from .tweakables import WORKING_SIZE, Tweakables
 
@@ -270,7 +270,7 @@ def _apply(
         )
         for _ in range(SMOOTHINGS):
             moved = smoother @ moved
-        offsets[skin] += moved
+        offsets[skin] += even_skull(rig, smoother, moved)
         weights[skin] = np.maximum(weights[skin], weight)
     offsets = rig.unturn_vectors(offsets, parameters).astype(np.float64)
     if settings.mirror:

@@ -1,17 +1,23 @@
-"""What is not skin follows the skin: eyeballs stay round, lashes stick to lids, teeth stay put."""
+"""What moves in its own way: eyeballs stay round, lashes stick to lids, teeth stay put, the skull
+has no small shapes."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from facs_rig import FaceRig
+from facs_rig import LANDMARKS, FaceRig
 
-__all__ = ["carry_parts"]
+__all__ = ["carry_parts", "even_skull"]
 
 LID_SHARE = 0.3
 """Skin within this fraction of an eyeball's radius from its surface belongs to its lids."""
+SKULL_FROM, SKULL_BLEND = 0.015, 0.03
+"""Metres above the brows at which the skull begins, and over which it takes over."""
+SKULL_SMOOTHINGS = 200
+"""How often offsets over the skull are averaged: over some centimetres on its coarse mesh."""
 
 
 def carry_parts(
@@ -46,6 +52,34 @@ def carry_parts(
         lids = tree.query_ball_point(centre, radius * (1.0 + LID_SHARE))
         if lids:
             result[eye] = offsets[skin[lids]].mean(axis=0)
+    return result
+
+
+def even_skull(
+    rig: FaceRig, smoother: csr_matrix, offsets: NDArray[np.floating]
+) -> NDArray[np.floating]:
+    """Offsets of the skin with those over the skull made broad.
+
+    The skull has no small shapes: what pulls a dent into it is hair, a parting, a hat's brim.
+    From the brows upward the offsets turn into the solution of repeated averaging, so that only
+    the size and the broad outline of the head follow the lines.
+
+    Parameters
+    ----------
+    smoother : (s, s) sparse, averages each skin vertex with its neighbours
+    offsets : (s, 3) float, metres, of the skin's vertices
+    """
+    skin = rig.parts["skin"]
+    upright = rig.neutral()
+    brow = upright[rig.landmarks[LANDMARKS.index("brow_peak_left")], 1]
+    share = np.clip((upright[skin, 1] - brow - SKULL_FROM) / SKULL_BLEND, 0.0, 1.0)
+    skull = share > 0
+    inner, rim = smoother[skull][:, skull], smoother[skull][:, ~skull] @ offsets[~skull]
+    broad = offsets[skull]
+    for _ in range(SKULL_SMOOTHINGS):
+        broad = inner @ broad + rim
+    result = offsets.copy()
+    result[skull] += share[skull, None] * (broad - result[skull])
     return result
 
 
