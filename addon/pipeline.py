@@ -36,7 +36,8 @@ Progress = Callable[[int, int], None]
 STAGES = ("read", "detect", "align", "identity", "snakes", "measure")
 # A drawing that the detector believes to be a face with less than this is refused.
 LEAST_FACE = 0.5
-# How much of the identity that the landmarks suggest is tried; what brings the lines closest stays.
+# How much of the identity that the landmarks suggest is tried; the first that brings the lines
+# closer stays.
 IDENTITY_SHARES = (1.0, 0.5)
 
 
@@ -115,6 +116,7 @@ def fit(
             error_px = error(rig.pose(tried), place(tried))
             if error_px < errors["expression"]:
                 parameters, camera, errors["expression"] = tried, place(tried), error_px
+                break
     clock.done("identity")
 
     result = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)

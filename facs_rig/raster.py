@@ -13,6 +13,8 @@ from .mesh import is_shape, vertex_normals
 
 # (triangle, pixel) pairs looked at in one go; bounds the memory at large picture sizes.
 PAIRS_AT_ONCE = 4_000_000
+# A pixel centre on a shared edge belongs to both triangles, whatever the rounding.
+EDGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -47,52 +49,66 @@ def rasterise(vertices: NDArray, triangles: NDArray, camera: Camera) -> Buffers:
     is_shape(triangles, (None, 3), "triangles")
     w, h = camera.width, camera.height
     pixels = camera.project(vertices)
-    corner = pixels[triangles]
-    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-    area = _cross(b - a, c - a)
+    a, b, c = (pixels[triangles[:, k]] for k in range(3))
+    # v runs down, so a triangle that faces the viewer has a negative area in the image
+    front = np.flatnonzero(_cross(b - a, c - a) < 0)
+    a, b, c = a[front], b[front], c[front]
     low = np.ceil(np.minimum(np.minimum(a, b), c) - 0.5)
     high = np.floor(np.maximum(np.maximum(a, b), c) - 0.5)
-    low = np.maximum(low, 0).astype(np.int64)
-    high = np.minimum(high, [w - 1, h - 1]).astype(np.int64)
-    size = high - low + 1
-    # v runs down, so a triangle that faces the viewer has a negative area in the image
-    seen = np.flatnonzero((area < 0) & (size[:, 0] > 0) & (size[:, 1] > 0))
+    low = np.maximum(low, 0).astype(np.int32)
+    size = np.minimum(high, [w - 1, h - 1]).astype(np.int32) - low + 1
+    seen = np.flatnonzero((size[:, 0] > 0) & (size[:, 1] > 0))
+    planes = _planes(a[seen], b[seen], c[seen], vertices[:, 2][triangles[front[seen]]])
+    owners, low, size = front[seen], low[seen], size[seen]
 
     depth = np.full(h * w, -np.inf, dtype=np.float32)
     owner = np.full(h * w, -1, dtype=np.int32)
-    counts = size[seen, 0] * size[seen, 1]
-    chunks = np.searchsorted(
-        np.cumsum(counts), np.arange(PAIRS_AT_ONCE, counts.sum() + PAIRS_AT_ONCE, PAIRS_AT_ONCE)
-    )
+    counts = size[:, 0].astype(np.int64) * size[:, 1]
+    cuts = np.arange(PAIRS_AT_ONCE, counts.sum() + PAIRS_AT_ONCE, PAIRS_AT_ONCE)
     start = 0
-    for stop in np.append(chunks, len(seen)):
-        part = seen[start:stop]
-        if len(part):
-            _fill(part, corner, area, vertices[:, 2], triangles, low, size, w, depth, owner)
+    for stop in np.append(np.searchsorted(np.cumsum(counts), cuts), len(seen)):
+        if stop > start:
+            part = slice(start, stop)
+            _fill(owners[part], planes[:, part], low[part], size[part], w, depth, owner)
         start = stop
     return Buffers(depth.reshape(h, w), owner.reshape(h, w))
 
 
-def _fill(part, corner, area, z, triangles, low, size, width, depth, owner) -> None:
-    """Rasterise the triangles `part` into the flat buffers `depth` and `owner`, in place."""
-    counts = size[part, 0] * size[part, 1]
-    t = np.repeat(part, counts)
+def _planes(a: NDArray, b: NDArray, c: NDArray, z: NDArray) -> NDArray[np.float64]:
+    """(3, 3, t) two barycentric weights and the depth of each triangle, as functions of a pixel.
+
+    Value = first + second * u + third * v; a, b, c : (t, 2) corners, z : (t, 3) their depths.
+    """
+    area = _cross(b - a, c - a)
+    planes = np.empty((3, 3, len(a)))
+    for row, (p, q) in enumerate(((b, c), (c, a))):
+        planes[row, 1] = -(q - p)[:, 1] / area
+        planes[row, 2] = (q - p)[:, 0] / area
+        planes[row, 0] = -(planes[row, 1] * p[:, 0] + planes[row, 2] * p[:, 1])
+    za, zb, zc = z.T
+    planes[2] = planes[0] * (za - zc) + planes[1] * (zb - zc)
+    planes[2, 0] += zc
+    return planes
+
+
+def _fill(owners, planes, low, size, width, depth, owner) -> None:
+    """Rasterise triangles into the flat buffers `depth` and `owner`, in place."""
+    counts = size[:, 0].astype(np.int64) * size[:, 1]
+    t = np.repeat(np.arange(len(counts)), counts)
     step = np.arange(len(t)) - np.repeat(np.cumsum(counts) - counts, counts)
     row, col = np.divmod(step, size[t, 0])
     u, v = col + low[t, 0], row + low[t, 1]
-    p = np.stack([u + 0.5, v + 0.5], axis=1)
-    a, b, c = corner[t, 0], corner[t, 1], corner[t, 2]
-    wa = _cross(c - b, p - b) / area[t]
-    wb = _cross(a - c, p - c) / area[t]
-    wc = 1.0 - wa - wb
-    inside = (wa >= 0) & (wb >= 0) & (wc >= 0)
-    t, wa, wb, wc = t[inside], wa[inside], wb[inside], wc[inside]
+    pu, pv = u + 0.5, v + 0.5
+    wa = planes[0, 0][t] + planes[0, 1][t] * pu + planes[0, 2][t] * pv
+    wb = planes[1, 0][t] + planes[1, 1][t] * pu + planes[1, 2][t] * pv
+    inside = np.flatnonzero((wa >= -EDGE) & (wb >= -EDGE) & (wa + wb <= 1.0 + EDGE))
+    t = t[inside]
+    here = planes[2, 0][t] + planes[2, 1][t] * pu[inside] + planes[2, 2][t] * pv[inside]
+    here = here.astype(np.float32)
     pixel = v[inside] * width + u[inside]
-    tri = triangles[t]
-    here = (wa * z[tri[:, 0]] + wb * z[tri[:, 1]] + wc * z[tri[:, 2]]).astype(np.float32)
     np.maximum.at(depth, pixel, here)
     won = here == depth[pixel]
-    owner[pixel[won]] = t[won]
+    owner[pixel[won]] = owners[t[won]]
 
 
 def _cross(a: NDArray, b: NDArray) -> NDArray:

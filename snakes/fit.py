@@ -270,8 +270,9 @@ def _apply(
         )
         for _ in range(SMOOTHINGS):
             moved = smoother @ moved
-        offsets[skin] += even_skull(rig, smoother, moved)
+        offsets[skin] += moved
         weights[skin] = np.maximum(weights[skin], weight)
+    offsets[skin] = even_skull(rig, smoother, offsets[skin])
     offsets = rig.unturn_vectors(offsets, parameters).astype(np.float64)
     if settings.mirror:
         offsets = symmetrise(offsets, rig.mirror, np.minimum(weights, 1.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image, ImageDraw
 
-from facs_rig import Camera
+from facs_rig import LANDMARKS, Camera
 
 RADIUS = 0.1  # metres
 SIZE = 400  # pixels
@@ -40,7 +40,10 @@ class Ball:
         self.mirror = np.concatenate([across.ravel(), [top, bottom]]).astype(np.int32)
         self.n_vertices = len(self.vertices)
         nothing = np.zeros(self.n_vertices, dtype=bool)
-        self.parts = {"skin": ~nothing, "eyes": nothing, "teeth": nothing, "tongue": nothing, "lashes": nothing}
+        self.parts = {"skin": ~nothing}
+        self.parts |= {name: nothing for name in ("eyes", "teeth", "tongue", "lashes")}
+        # All landmarks at the top: a ball is face all over, no skull lies above its brows.
+        self.landmarks = np.full(len(LANDMARKS), top, dtype=np.int32)
         self.strokes: dict = {}
 
     def neutral(self, identity=None):

@@ -7,7 +7,8 @@ import pytest
 
 from facs_rig import Camera, FaceParameters, load_rig, rasterise
 from snakes import Tweakables, fit_offsets
-from snakes.parts import carry_parts, eyeballs
+from snakes.fit import _skin_smoother
+from snakes.parts import carry_parts, even_skull, eyeballs
 from snakes.render import expression_render
 
 
@@ -177,3 +178,22 @@ def test_every_snake_type_and_curve_gives_a_finite_face(face):
         fit = fit_offsets(drawing, rig, FaceParameters(), camera, Tweakables(**changes))
         assert np.isfinite(fit.offsets).all() and fit.offsets.any()
         assert list(fit.timings_s) == ["render", "contours", "snakes", "deltas", "offsets"]
+
+
+def test_the_skull_takes_broad_shapes_only(rng):
+    """A dent over the skull is spread out; the face below the brows keeps what it was given."""
+    rig = load_rig()
+    smoother = _skin_smoother(rig)
+    skin = rig.neutral()[rig.parts["skin"]]
+    crown = np.argmax(skin[:, 1])
+    offsets = np.zeros((len(skin), 3))
+    offsets[np.linalg.norm(skin - skin[crown], axis=1) < 0.02] = [0, -0.01, 0]
+    below = skin[:, 1] < 0
+    offsets[below] = rng.normal(0, 1e-3, (below.sum(), 3))
+    even = even_skull(rig, smoother, offsets)
+    np.testing.assert_array_equal(even[below], offsets[below])
+    dent = np.linalg.norm(even[~below], axis=1)
+    assert dent.max() < 0.006
+    assert np.linalg.norm(offsets[~below], axis=1).max() == 0.01
+    whole = np.tile([0.0, 0.002, 0.0], (len(skin), 1))  # a skull that moves as one is left alone
+    np.testing.assert_allclose(even_skull(rig, smoother, whole), whole, atol=1e-9)

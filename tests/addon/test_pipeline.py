@@ -1,0 +1,186 @@
+"""The whole road, on drawings that the program did not make and on some that it did."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import addon
+from addon import pipeline
+from addon.drawing import SketchError
+from addon.pipeline import FitOptions, fit, preview, report, write_face
+from dataset_gen import Style, draw_strokes, ink
+from facs_rig import DETECTED, Camera, FaceParameters, load_rig
+from snakes import Tweakables
+
+SKETCHES = sorted((Path(addon.__file__).parent / "sketches").glob("*.png"))
+
+
+@pytest.fixture(scope="module")
+def fits():
+    return {path.stem: fit(path) for path in SKETCHES}
+
+
+@pytest.mark.parametrize("name", [path.stem for path in SKETCHES])
+def test_the_lines_come_closer(fits, name):
+    error = fits[name].contour_error_px
+    assert error["fitted"] < error["expression"] <= error["template"]
+
+
+@pytest.mark.parametrize("name", [path.stem for path in SKETCHES])
+def test_the_fitted_face_is_smooth_and_whole(fits, name):
+    """No spike, no fold: few triangles of the skin turn over against the expression alone."""
+    face = fits[name]
+    assert np.isfinite(face.vertices).all()
+    assert np.linalg.norm(face.offsets, axis=1).max() < 0.03
+    skin = face.rig.triangles[face.rig.parts["skin"][face.rig.triangles].all(axis=1)]
+    before, after = (
+        trimesh.Trimesh(v, skin, process=False).face_normals
+        for v in (face.rig.pose(face.parameters), face.vertices)
+    )
+    turned = np.einsum("ij,ij->i", before, after) < 0
+    assert turned.mean() < 0.004
+
+
+def test_drawn_expressions_are_read(fits):
+    """What a person who looks at the three sketches would say first."""
+    active = {name: {k for k, on in f.detection.active.items() if on} for name, f in fits.items()}
+    assert "smile" in active["smiling_woman"]
+    assert "brow_furrow" in active["angry_man"]
+    assert active["worried_old_man"] & {"frontalis", "medialis_frontalis"}
+    assert "smile" not in active["angry_man"] | active["worried_old_man"]
+    assert np.degrees(fits["angry_man"].parameters.head[0]) > 8  # he looks to the image's right
+    assert abs(np.degrees(fits["worried_old_man"].parameters.head[0])) < 8
+
+
+def test_the_report_is_what_the_contract_says(fits):
+    face = fits["angry_man"]
+    said = json.loads(json.dumps(report(face)))
+    assert set(said) >= {
+        "aus", "head", "identity", "projection", "contour_error_px", "unmatched", "timings_s",
+    }  # fmt: skip
+    assert set(said["aus"]) == set(DETECTED)
+    for unit in said["aus"].values():
+        assert 0 <= unit["probability"] <= 1
+        assert 0 <= unit["intensity"] <= 5
+        assert unit["active"] is (unit["intensity"] > 0)
+    assert set(said["head"]) == {"yaw", "pitch", "roll"}
+    assert set(said["contour_error_px"]) == {"template", "expression", "fitted"}
+    assert said["projection"][2] == [0, 0, 0, 1]
+    assert sum(said["timings_s"][s] for s in pipeline.STAGES) <= said["timings_s"]["total"]
+    for line in said["unmatched"]:
+        steps = np.diff(np.array(line["polyline"]), axis=0)
+        assert line["length_px"] == pytest.approx(np.linalg.norm(steps, axis=1).sum())
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".obj"])
+def test_the_projection_lays_the_written_file_on_the_sketch(fits, tmp_path, suffix):
+    """Its nose, eyes and mouth appear where the detector saw them in the sketch."""
+    face = fits["worried_old_man"]
+    path = tmp_path / f"face{suffix}"
+    write_face(face, path)
+    vertices = trimesh.load(path, force="mesh", process=False).vertices
+    matrix = np.array(report(face, path)["projection"])
+    pixels = (np.column_stack([vertices, np.ones(len(vertices))]) @ matrix.T)[:, :2]
+    from facs_rig import LANDMARKS
+
+    height = np.ptp(pixels[:, 1])
+    for name in ("pupil_left", "pupil_right", "nose_tip", "lip_bottom", "chin"):
+        place = pixels[face.rig.landmarks[LANDMARKS.index(name)]]
+        seen = face.drawing.to_input(np.array(face.detection.landmarks[name]))
+        assert np.linalg.norm(place - seen) < 0.08 * height
+
+
+def drawn(parameters, size=512, style=None):
+    rig = load_rig()
+    posed = rig.pose(parameters)
+    camera = Camera.framing(posed, size, size, 0.1)
+    picture = ink(draw_strokes(rig, posed, camera, 1), size, size, style or Style(width=2.0))
+    return picture, camera, posed
+
+
+def test_a_drawing_of_the_face_itself_is_found_again():
+    """The rig's own drawing of a known pose: position, scale and yaw come back."""
+    truth = FaceParameters({"smile": 5.0}, {}, (0.35, 0.0, 0.0))
+    picture, camera, posed = drawn(truth)
+    face = fit(picture)
+    assert np.degrees(face.parameters.head[0]) == pytest.approx(np.degrees(0.35), abs=8)
+    assert face.detection.active["smile"]
+    pixels, found = camera.project(posed), face.camera.project(face.vertices)
+    off = np.linalg.norm(pixels - found, axis=1)[face.rig.landmarks]
+    assert np.median(off) < 0.03 * np.ptp(pixels[:, 1])
+
+
+def test_colours_and_size_of_the_page_do_not_matter():
+    picture, *_ = drawn(FaceParameters({"frontalis": 5.0}))
+    plain = fit(picture)
+    other = fit(
+        np.pad(np.repeat((255 - picture)[:, :, None], 3, axis=2), ((0, 60), (0, 90), (0, 0)))
+    )
+    assert other.drawing.inverted
+    assert other.detection.active == plain.detection.active
+    np.testing.assert_allclose(other.camera.scale, plain.camera.scale, rtol=0.04)
+
+
+def test_huge_pages_report_in_their_own_pixels():
+    picture, camera, posed = drawn(FaceParameters({"smile": 5.0}))
+    small = fit(picture)
+    large = fit(np.repeat(np.repeat(picture, 6, axis=0), 6, axis=1))
+    assert large.drawing.size == (3072, 3072)
+    m_small, m_large = (np.array(report(f)["projection"]) for f in (small, large))
+    np.testing.assert_allclose(m_large[0, 0] / m_small[0, 0], 6, rtol=0.05)
+    ratio = large.contour_error_px["template"] / small.contour_error_px["template"]
+    assert ratio == pytest.approx(6, rel=0.35)
+
+
+def test_the_head_placed_by_hand():
+    picture, camera, posed = drawn(FaceParameters())
+    low, high = camera.project(posed).min(axis=0), camera.project(posed).max(axis=0)
+    box = (low[0], low[1], high[0], high[1] - 0.18 * (high[1] - low[1]))
+    face = fit(picture, FitOptions(align=",".join(f"{x:.1f}" for x in box)))
+    assert face.parameters.identity == {}
+    top = face.camera.project(face.vertices)[:, 1].min()
+    assert top == pytest.approx(low[1], abs=0.05 * (high[1] - low[1]))
+    with pytest.raises(ValueError, match="left,top,right,bottom"):
+        fit(picture, FitOptions(align="1,2,3"))
+
+
+def test_tweakables_reach_the_snakes():
+    picture, *_ = drawn(FaceParameters({"smile": 5.0}))
+    still = fit(picture, FitOptions(tweakables=Tweakables(max_delta=0.1)))
+    assert np.abs(still.offsets).max() < 4e-4
+    mirrored = fit(SKETCHES[0], FitOptions(tweakables=Tweakables(mirror=True)))
+    flipped = mirrored.offsets[mirrored.rig.mirror] * [-1, 1, 1]
+    skin = mirrored.rig.parts["skin"]
+    np.testing.assert_allclose(flipped[skin], mirrored.offsets[skin], atol=1e-5)
+
+
+def test_a_page_without_a_face_is_refused():
+    page = np.full((300, 300), 255, np.uint8)
+    for k in range(20, 280, 20):  # a page of squared paper, heavily ruled
+        page[k : k + 2] = 0
+        page[:, k : k + 2] = 0
+    with pytest.raises(SketchError, match="No face was found"):
+        fit(page)
+
+
+def test_progress_counts_the_stages():
+    seen = []
+    fit(drawn(FaceParameters())[0], progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(k, len(pipeline.STAGES)) for k in range(1, len(pipeline.STAGES) + 1)]
+
+
+def test_the_preview_shows_four_panels(fits):
+    picture = preview(fits["smiling_woman"])
+    h, w, _ = picture.shape
+    assert picture.dtype == np.uint8
+    assert w % 4 == 0
+    sketch, expression, fitted, overlay = np.split(picture.astype(int), 4, axis=1)
+    assert np.ptp(sketch, axis=2).max() == 0  # grey
+    for face in (expression, fitted):
+        assert (face[h // 2, w // 8] != 250).any()
+    assert np.abs(expression - fitted).max() > 20
+    red = (overlay[:, :, 0] - overlay[:, :, 2]) > 80
+    assert red.any()
