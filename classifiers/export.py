@@ -35,7 +35,6 @@ ONNX = "detector.onnx"
 OUTPUTS = ("units", "landmarks", "angles", "face")
 TOLERANCE = 1e-4
 OPSET = 17
-SLACK = 0.005  # of balanced accuracy, given for fewer false alarms
 
 
 def to_onnx(networks, path: Path) -> None:
@@ -115,9 +114,7 @@ def calibrate(
         temperatures[name] = metrics.best_temperature(truth, logits[:, k])
         probability = metrics.sigmoid(logits[:, k] / temperatures[name])
         # A threshold at 0 or 1 would silence a unit or never let it rest.
-        thresholds[name] = float(
-            np.clip(metrics.best_threshold(truth, probability, SLACK), 0.05, 0.95)
-        )
+        thresholds[name] = float(np.clip(metrics.best_threshold(truth, probability), 0.05, 0.95))
     faces = np.array([reading.face for reading in readings])
     truth = np.concatenate([np.ones(len(faces)), np.zeros(len(faceless_logits))])
     face_temperature = metrics.best_temperature(truth, np.concatenate([faces, faceless_logits]))
