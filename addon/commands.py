@@ -271,9 +271,15 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     parser.add_argument(
         "--engine",
-        choices=("contours", "freestyle"),
+        choices=("contours",),
         default="contours",
-        help="what draws the lines: our own contours, or Blender's Freestyle",
+        help="what draws the lines: occluding and suggestive contours",
+    )
+    parser.add_argument(
+        "--scheme",
+        choices=("sparse", "thesis"),
+        default="sparse",
+        help="sparse: a few actions at any strength; thesis: every action at a random 0 to 5",
     )
     parser.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     parser.add_argument(
@@ -293,6 +299,7 @@ def generate(options: argparse.Namespace) -> int:
             engine=options.engine,
             jobs=options.jobs,
             resume=options.resume,
+            scheme=options.scheme,
             progress=bar,
         )
     print(f"{options.count} samples in {len(shards)} shards in {options.out}")
