@@ -82,7 +82,7 @@ def contour_error(ruler: Ruler, rig: FaceRig, posed: NDArray, camera: Camera) ->
 
 
 def model_lines(rig: FaceRig, posed: NDArray, camera: Camera) -> NDArray[np.float64]:
-    """(k, 2) pixels all along the visible lines of a posed face: contours, brows, irises."""
+    """(k, 2) pixels all along the visible lines of a posed face: contours, brows, irises, lips."""
     points = [np.zeros((0, 2))]
     for stroke in draw_strokes(rig, posed, camera, detail=1):
         steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)

@@ -29,7 +29,7 @@ class Style:
     wobble: float = 0.0
     passes: int = 1
     dropout: float = 0.0
-    layers: tuple[str, ...] = ("brow", "iris", "pupil")
+    layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip")
 
     def to_json(self) -> dict:
         return {**asdict(self), "layers": list(self.layers)}
@@ -38,7 +38,8 @@ class Style:
 def sample_style(rng: np.random.Generator) -> Style:
     """A random style: from clean ink to a loose pen that goes over its lines."""
     loose = rng.random() < 0.5
-    layers = [k for k, p in (("brow", 0.85), ("iris", 0.8), ("pupil", 0.6)) if rng.random() < p]
+    odds = {"brow": 0.85, "iris": 0.8, "pupil": 0.6, "lip": 0.65}
+    layers = [layer for layer, p in odds.items() if rng.random() < p]
     return Style(
         width=float(rng.uniform(1.0, 2.8)),
         fading=float(rng.uniform(0.0, 0.8)),

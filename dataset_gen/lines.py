@@ -33,7 +33,7 @@ class Stroke:
     """One line of a drawing.
 
     points : (k, 2) float, pixels (u, v)        strength : (k,) float 0..1, fading toward 0
-    kind : contour, suggestive, brow, iris, pupil
+    kind : contour, suggestive, brow, iris, pupil, lip
     """
 
     points: NDArray
@@ -46,7 +46,7 @@ def draw_strokes(
     vertices: NDArray,
     camera: Camera,
     detail: int = 1,
-    layers: tuple[str, ...] = ("brow", "iris", "pupil"),
+    layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip"),
     buffers: Buffers | None = None,
 ) -> list[Stroke]:
     """All visible strokes of a posed face, in pixels of `camera`.

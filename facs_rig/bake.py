@@ -26,6 +26,7 @@ from .anatomy import (
     PART_NAMES,
     brow_curves,
     eye_curves,
+    lip_curves,
 )
 from .controls import CONTROLS
 from .creases import crease_displacements, refinement_levels
@@ -158,6 +159,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     }
     for name, (index, weight) in {
         **brow_curves(default, triangles, skin, eyes_middle),
+        **lip_curves(default, triangles, skin, eyes_middle),
         **eye_curves(default, triangles, vertex_part, eyes_middle),
     }.items():
         arrays[f"stroke_{name}_vertices"] = index.astype(np.int32)

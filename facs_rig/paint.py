@@ -1,4 +1,4 @@
-"""What the face is made of: skin, brows, eye white, iris, pupil, teeth, tongue, lashes."""
+"""What the face is made of: skin, lips, brows, eye white, iris, pupil, teeth, tongue, lashes."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ MATERIALS: dict[str, tuple[tuple[float, float, float, float], float]] = {
     "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),
     "brows": ((0.10, 0.065, 0.045, 1.0), 0.70),
     "teeth": ((0.86, 0.82, 0.74, 1.0), 0.30),
+    "lips": ((0.66, 0.36, 0.32, 1.0), 0.40),
     "tongue": ((0.45, 0.13, 0.12, 1.0), 0.40),
     "mouth": ((0.20, 0.04, 0.04, 1.0), 0.45),
     "lashes": ((0.05, 0.035, 0.03, 1.0), 0.80),
@@ -35,7 +36,6 @@ def materials_at(
     by_part = np.array([MATERIAL_NAMES.index(name) for name in rig.part_names])
     out = by_part[part].astype(np.int32)
     skin = part == rig.part_names.index("skin")
-    out[skin & _inside_mouth(rig, neutral, points)] = MATERIAL_NAMES.index("mouth")
     front = points[:, 2] > 0
     for material, carrier, outline in _drawn_areas(rig, neutral):
         near = front & (part == rig.part_names.index(carrier))
@@ -43,6 +43,7 @@ def materials_at(
         near &= np.all((flat >= outline.min(axis=0)) & (flat <= outline.max(axis=0)), axis=1)
         index = np.flatnonzero(near)
         out[index[_inside(flat[index], outline)]] = MATERIAL_NAMES.index(material)
+    out[skin & _inside_mouth(rig, neutral, points)] = MATERIAL_NAMES.index("mouth")
     return out
 
 
@@ -77,6 +78,8 @@ def _drawn_areas(rig: FaceRig, neutral: NDArray) -> Iterator[tuple[str, str, NDA
             yield kind, "eyes", rig.stroke_points(neutral, f"{kind}_{side}")[:, :2]
         lower, upper = (rig.stroke_points(neutral, f"brow_{e}_{side}") for e in ("lower", "upper"))
         yield "brows", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
+    lower, upper = (rig.stroke_points(neutral, f"lip_{edge}") for edge in ("lower", "upper"))
+    yield "lips", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
 
 
 def _inside(points: NDArray, outline: NDArray) -> NDArray[np.bool_]:

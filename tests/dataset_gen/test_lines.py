@@ -125,7 +125,7 @@ def kinds(strokes):
 
 def test_a_face_has_its_outline_eyes_and_brows(rig):
     strokes = draw_strokes(rig, rig.pose(FaceParameters()), frame(rig))
-    assert kinds(strokes) == {"contour", "suggestive", "brow", "iris", "pupil"}
+    assert kinds(strokes) == {"contour", "suggestive", "brow", "iris", "pupil", "lip"}
     outline = np.concatenate([s.points for s in strokes if s.kind == "contour"])
     skin = frame(rig).project(rig.neutral()[rig.parts["skin"]])
     assert outline.min(axis=0) == pytest.approx(skin.min(axis=0), abs=1.0)
@@ -137,7 +137,7 @@ def test_nothing_shines_through_the_head(rig):
     posed = rig.pose(FaceParameters(head=(np.pi, 0, 0), neck=(0, 0, 0)))
     camera = frame(rig)
     strokes = draw_strokes(rig, posed, camera, detail=0)
-    assert not kinds(strokes) & {"brow", "iris", "pupil"}
+    assert not kinds(strokes) & {"brow", "iris", "pupil", "lip"}
     places = {
         n: camera.project(posed[i]) for n, i in zip(("nose",), rig.landmarks[-5:-4], strict=True)
     }
