@@ -37,7 +37,8 @@ def test_polygons_and_materials_follow_the_rig(rig):
     assert flat == list(rig.polygon_vertices)
     assert [m.name for m in face.data.materials] == [f"Face {n.capitalize()}" for n in MATERIALS]
     slots = list(MATERIALS)
-    part_of_slot = {s: s for s in slots} | {"iris": "eyes", "pupil": "eyes", "brows": "skin"}
+    part_of_slot = {s: s for s in slots} | {"iris": "eyes", "pupil": "eyes"}
+    part_of_slot |= dict.fromkeys(("brows", "lips", "mouth"), "skin")
     used = set()
     for polygon in face.data.polygons:
         part = part_of_slot[slots[polygon.material_index]]
