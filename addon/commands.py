@@ -165,7 +165,10 @@ def _tell_fit(report: dict[str, Any], written: Sequence[Any]) -> None:
         "contour error  "
         + ", ".join(f"{name} {error[name]:.2f} px" for name in ("template", "expression", "fitted"))
     )
-    print(f"time           {report['timings_s']['total']:.2f} s")
+    stages = dict(report["timings_s"])
+    total = stages.pop("total")
+    parts = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in stages.items())
+    print(f"time           {total:.2f} s ({parts})")
     print(f"written        {', '.join(str(path) for path in written if path)}")
 
 

@@ -93,7 +93,7 @@ def fit(
     if detection.face_probability < LEAST_FACE and options.align is None:
         raise SketchError(
             f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
-            "from the front or in three-quarter view, or say where the head is (--align)."
+            "from the front or in three-quarter view, or say where in the picture the head is."
         )
     expression = FaceParameters(aus=detection.expression(), head=detection.head)
     clock.done("detect")
@@ -178,7 +178,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch."""
     from addon.preview import panels
 
-    return panels(face)
+    return panels(face.drawing.image, face.rig, face.parameters, face.vertices, face.camera)
 
 
 def write_face(face: FaceFit, path: str | Path) -> None:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from dataset_gen import Style, draw_strokes, ink
-from facs_rig import Camera, FaceRig, rasterise
+from facs_rig import Camera, FaceParameters, FaceRig, rasterise
 from facs_rig.mesh import vertex_normals
 from facs_rig.paint import MATERIALS, materials_at, srgb
 from facs_rig.raster import barycentric
-
-if TYPE_CHECKING:
-    from addon.pipeline import FaceFit
 
 PANEL = 420  # pixels, the height of a panel
 ROOM = 0.12  # around the face, as a share of its height
@@ -25,22 +20,26 @@ AMBIENT = 0.12
 PAPER = 250
 
 
-def panels(face: FaceFit) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, detected expression, fitted face, its lines over the sketch."""
-    expression = face.rig.pose(face.parameters)
-    camera, box = _close_up(face)
-    sketch = _cut(face.drawing.image, box, (camera.width, camera.height))
-    strokes = draw_strokes(face.rig, face.vertices, camera, detail=1)
+def panels(
+    drawing: NDArray, rig: FaceRig, parameters: FaceParameters, fitted: NDArray, camera: Camera
+) -> NDArray[np.uint8]:
+    """(h, 4 w, 3) uint8: sketch, detected expression, fitted face, its lines over the sketch.
+
+    drawing : (h, w) float, 1 is paper;  fitted : (n, 3) metres;  camera : of the drawing's pixels.
+    """
+    camera, box = _close_up(fitted, camera)
+    sketch = _cut(drawing, box, (camera.width, camera.height))
+    strokes = draw_strokes(rig, fitted, camera, detail=1)
     lines = ink(strokes, camera.width, camera.height, Style(width=1.8))
     overlay = 255 - 0.35 * (255 - np.repeat(sketch[:, :, None], 3, axis=2).astype(float))
     share = (255 - lines[:, :, None].astype(float)) / 255
     overlay = overlay * (1 - share) + np.array([200, 40, 30]) * share
-    identity = dict(face.parameters.identity)
+    identity = dict(parameters.identity)
     return np.concatenate(
         [
             np.repeat(sketch[:, :, None], 3, axis=2),
-            paint(face.rig, expression, camera, identity),
-            paint(face.rig, face.vertices, camera, identity),
+            paint(rig, rig.pose(parameters), camera, identity),
+            paint(rig, fitted, camera, identity),
             overlay.astype(np.uint8),
         ],
         axis=1,
@@ -78,15 +77,17 @@ def paint(
     return np.clip(picture.reshape(blocks).mean(axis=(1, 3)), 0, 255).astype(np.uint8)
 
 
-def _close_up(face: FaceFit) -> tuple[Camera, tuple[float, float, float, float]]:
+def _close_up(
+    vertices: NDArray, camera: Camera
+) -> tuple[Camera, tuple[float, float, float, float]]:
     """Camera of one panel, and the box of the drawing that it shows."""
-    pixels = face.camera.project(face.vertices)
+    pixels = camera.project(vertices)
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     room = ROOM * (high[1] - low[1])
     left, top = low - room
     right, bottom = high + room
     width = round(PANEL * (right - left) / (bottom - top))
-    return face.camera.cropped(left, top, right, bottom, width, PANEL), (left, top, right, bottom)
+    return camera.cropped(left, top, right, bottom, width, PANEL), (left, top, right, bottom)
 
 
 def _cut(image: NDArray, box: tuple[float, float, float, float], size: tuple[int, int]) -> NDArray:

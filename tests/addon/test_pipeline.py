@@ -93,6 +93,18 @@ def test_the_projection_lays_the_written_file_on_the_sketch(fits, tmp_path, suff
         assert np.linalg.norm(place - seen) < 0.08 * height
 
 
+def test_the_projection_of_a_blend_file_is_for_blenders_axes(fits):
+    face = fits["worried_old_man"]
+    x, y, z = face.vertices[face.rig.landmarks].T
+    core, blender = (
+        np.column_stack([points, np.ones(len(points))])
+        for points in (np.column_stack([x, y, z]), np.column_stack([x, -z, y]))
+    )
+    plain = np.array(report(face)["projection"])
+    turned = np.array(report(face, Path("face.blend"))["projection"])
+    np.testing.assert_allclose(blender @ turned.T, core @ plain.T, rtol=1e-9)
+
+
 def drawn(parameters, size=512, style=None):
     rig = load_rig()
     posed = rig.pose(parameters)
