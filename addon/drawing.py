@@ -27,7 +27,7 @@ MOST_PIXELS = 150_000_000  # a whole decoded picture has to fit into memory
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "TGA")
 
 _PAPER_BLOCKS = 192  # the paper's tone is estimated on a grid of about so many blocks a side
-_SOLID_INK = 0.35  # of the paper's tone: a broad area darker than that is ink, a lighter one shadow
+_SOLID_INK = 0.35  # of the way from ink to paper: a broad area below is ink, above it is shadow
 _FAINTEST_CONTRAST = 0.04  # of the full range, between paper and ink
 _FAINTEST_INK = 0.12  # darkness relative to the paper that can be a stroke
 _LEAST_INK = 2e-4  # share of the picture: less than that is dust
@@ -59,8 +59,8 @@ class Drawing:
     @classmethod
     def of(cls, array: NDArray[Any], name: str = "The sketch") -> Drawing:
         """The drawing of a picture in memory, normalised; see `normalise`."""
-        image = normalise(array, name)
-        return cls(image=image, size=(image.shape[1], image.shape[0]))
+        image, inverted = _normalise(_checked(array, name), name)
+        return cls(image=image, size=(image.shape[1], image.shape[0]), inverted=inverted)
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -117,6 +117,11 @@ def normalise(array: NDArray[Any], name: str = "The sketch") -> Floats:
 
     Raises SketchError for a picture that is too small, blank, or not a line drawing.
     """
+    return _normalise(_checked(array, name), name)[0]
+
+
+def _checked(array: NDArray[Any], name: str) -> Floats:
+    """A picture in memory as grey 0..1, if it is one and large enough."""
     array = np.asarray(array)
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)):
         raise SketchError(
@@ -125,7 +130,7 @@ def normalise(array: NDArray[Any], name: str = "The sketch") -> Floats:
     height, width = array.shape[:2]
     if min(height, width) < SHORTEST_SIDE:
         raise SketchError(_too_small(name, (width, height)))
-    return _normalise(_unit(array), name)[0]
+    return _unit(array)
 
 
 # --- reading -------------------------------------------------------------------------------------
@@ -238,10 +243,10 @@ def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
         raise SketchError(f"{name} is blank; draw a face on it, or choose another file.")
     inverted = _is_light_on_dark(np.clip((values - dark) / (light - dark), 0, 1))
     if inverted:
-        values, light = 1 - values, 1 - dark
+        values, dark, light = 1 - values, 1 - light, 1 - dark
     values = np.clip(values / light, 0, 1)
 
-    paper = _paper(values)
+    paper = _paper(values, dark / light)
     if _tonality(1 - values / paper) > 1:
         raise SketchError(
             f"{name} looks like a photograph or a painting, not a line drawing; "
@@ -294,10 +299,10 @@ def _is_light_on_dark(values: Floats) -> bool:
     return skewness > 0.5
 
 
-def _paper(values: Floats) -> Floats:
+def _paper(values: Floats, black: float) -> Floats:
     """The paper's tone under each pixel: light that falls unevenly, toned paper.
 
-    values : (h, w) 0..1, dark ink. Returns (h, w) in 0.2..1.
+    values : (h, w) 0..1, dark ink;  black : the darkest tone, of the ink. Returns (h, w) in 0.2..1.
 
     The light tones of small blocks are fitted with a cubic surface by asymmetric least squares
     (errors below it hardly count: that is ink), after which blocks that are paper by that fit are
@@ -311,7 +316,8 @@ def _paper(values: Floats) -> Floats:
     # Between dense strokes: the lightest tone within reach, then back to where it was.
     reach = 2 * (max(tones.shape) // 24) + 1
     tones = ndimage.grey_closing(tones, (reach, reach), mode="nearest")
-    weight = (tones > _SOLID_INK * surface).astype(np.float32)
+    solid = black + _SOLID_INK * (1 - black)  # pale ink is solid at a paler tone
+    weight = (tones > solid * surface).astype(np.float32)
     spread = max(tones.shape) / 64
     near = ndimage.gaussian_filter(weight, spread, mode="nearest")
     local = ndimage.gaussian_filter(weight * tones, spread, mode="nearest")

@@ -324,3 +324,13 @@ def test_exposure_does_not_matter(array, gain, offset):
 def test_normalising_a_photographed_page_twice_changes_next_to_nothing(rng):
     once = normalise(photographed(CLEAN, 0.3, rng))
     assert np.abs(normalise(once) - once).mean() < 0.005
+
+
+def test_pale_solid_ink_stays_ink():
+    """Crossing strokes make a solid patch; however grey the ink is, it is no shadow on the paper."""
+    picture = Image.new("L", (96, 96), 200)
+    pen = ImageDraw.Draw(picture)
+    pen.rectangle([30, 30, 62, 62], fill=120)
+    pen.line([(6, 6), (90, 80)], fill=120, width=3)
+    values = np.asarray(picture)
+    np.testing.assert_array_equal(normalise(values) < 0.5, values < 160)
