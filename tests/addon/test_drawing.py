@@ -327,7 +327,7 @@ def test_normalising_a_photographed_page_twice_changes_next_to_nothing(rng):
 
 
 def test_pale_solid_ink_stays_ink():
-    """Crossing strokes make a solid patch; however grey the ink is, it is no shadow on the paper."""
+    """Crossing strokes make a solid patch; however grey the ink, it is no shadow on the paper."""
     picture = Image.new("L", (96, 96), 200)
     pen = ImageDraw.Draw(picture)
     pen.rectangle([30, 30, 62, 62], fill=120)
