@@ -14,7 +14,7 @@ from facs_rig import DETECTED, LANDMARKS
 
 SEED = 52_000_111  # far from every seed in model.json, which the first test checks
 # What the shipped weights must reach on fresh drawings; raise these when they are trained better.
-AUC, YAW_DEGREES, LANDMARK_ERROR = 0.80, 7.0, 0.04
+AUC, YAW_DEGREES, LANDMARK_ERROR = 0.90, 4.0, 0.03
 
 
 def test_the_weights_belong_to_this_catalogue():
