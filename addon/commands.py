@@ -226,15 +226,7 @@ def _detection_json(
     places = drawing.to_input(list(detection.landmarks.values()))  # type: ignore[arg-type]
     return {
         "sketch": path,
-        "aus": {
-            name: {
-                "probability": round(probability, 4),
-                "active": bool(detection.active[name]),
-                "intensity": round(detection.intensities[name], 3),
-            }
-            for name, probability in detection.probabilities.items()
-        },
-        "head": _head(detection),
+        **detection.to_json(),
         "face_probability": round(detection.face_probability, 4),
         "landmarks": {
             name: [round(float(u), 2), round(float(v), 2)]
@@ -244,16 +236,9 @@ def _detection_json(
     }
 
 
-def _head(detection: Detection) -> dict[str, float]:
-    from math import degrees
-
-    names = ("yaw", "pitch", "roll")
-    return {n: round(degrees(a), 2) for n, a in zip(names, detection.head, strict=True)}
-
-
 def _tell_detection(path: str, detection: Detection) -> None:
     print(path)
-    print(f"  face {detection.face_probability:.2f}, head {_degrees(_head(detection))}")
+    print(f"  face {detection.face_probability:.2f}, head {_degrees(detection.to_json()['head'])}")
     order = sorted(detection.probabilities.items(), key=lambda item: -item[1])
     for name, probability in order:
         bar = "#" * round(20 * probability)

@@ -144,13 +144,9 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     """The contract's report; `projection` goes with the file written to `path` (default .glb)."""
     to_input = np.diag([*face.drawing.scale, 1.0])
     projection = to_input @ face.camera.matrix() @ file_to_core(path or Path("face.glb"))
-    head = dict(
-        zip(("yaw", "pitch", "roll"), map(float, np.degrees(face.parameters.head)), strict=True)
-    )
     return {
         "sketch": str(face.drawing.source) if face.drawing.source else None,
-        "aus": aus(face.detection),
-        "head": head,
+        **face.detection.to_json(),
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "contour_error_px": face.contour_error_px,
@@ -159,18 +155,6 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
             for line in face.unmatched
         ],
         "timings_s": face.timings_s,
-    }
-
-
-def aus(detection: Detection) -> dict[str, dict[str, Any]]:
-    """Name -> probability, active, intensity of each control, as the contract has them."""
-    return {
-        name: {
-            "probability": float(probability),
-            "active": bool(detection.active[name]),
-            "intensity": float(detection.intensities[name]),
-        }
-        for name, probability in detection.probabilities.items()
     }
 
 

@@ -28,6 +28,7 @@ WEIGHTS = Path(__file__).parent / "weights"
 DESCRIPTION = "model.json"
 FORMAT = 1
 THREADS = 2
+ANGLES = ("yaw", "pitch", "roll")
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,21 @@ class Detection:
     def expression(self) -> dict[str, float]:
         """The active controls at their intensity, ready for `FaceParameters(aus=...)`."""
         return {name: self.intensities[name] for name, active in self.active.items() if active}
+
+    def to_json(self) -> dict[str, Any]:
+        """The expression and the head's angles in degrees, as commands and reports write them."""
+        angles = np.degrees(self.head)
+        return {
+            "aus": {
+                name: {
+                    "probability": round(float(probability), 4),
+                    "active": bool(self.active[name]),
+                    "intensity": round(float(self.intensities[name]), 3),
+                }
+                for name, probability in self.probabilities.items()
+            },
+            "head": {n: round(float(a), 2) for n, a in zip(ANGLES, angles, strict=True)},
+        }
 
 
 @dataclass(frozen=True)
