@@ -337,7 +337,7 @@ def rig_arguments(parser: argparse.ArgumentParser) -> None:
 
 def rig(options: argparse.Namespace) -> int:
     from facs_rig import CONTROLS, IDENTITY, FaceParameters, load_rig
-    from facs_rig.rig import intensities
+    from facs_rig.parameters import intensities
 
     if options.output:
         face = check_output(options.output, FACES)

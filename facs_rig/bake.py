@@ -28,9 +28,10 @@ from .anatomy import (
     eye_curves,
     lip_curves,
 )
-from .controls import CONTROLS
+from .controls import ARKIT_NAMES, CONTROLS
 from .creases import crease_displacements, refinement_levels
 from .identity import FEATURES, macro_targets, target_weights
+from .keys import Key
 from .mesh import vertex_normals
 from .rotation import rotation
 from .subdivide import refine, triangulate
@@ -40,7 +41,7 @@ METRES = 0.1  # MakeHuman's unit is the decimetre
 # The source's head looks up a little; turned down by this many degrees it stands as people draw a
 # face, with the jaw's outline before the neck.
 LOOK_DOWN = 7.0
-JOINTS = ("head", "neck", "l-eye", "r-eye")
+JOINTS = ("head", "neck", "l-eye", "r-eye", "mouth")  # as rig.JOINTS; the jaw turns in "mouth"
 PART_GROUPS = {
     "eyes": ("helper-l-eye", "helper-r-eye"),
     "teeth": ("helper-upper-teeth", "helper-lower-teeth"),
@@ -123,8 +124,10 @@ def bake(data: Path) -> dict[str, NDArray]:
     skin = vertex_part == PART_NAMES.index("skin")
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
     by_name = {c.name: k for k, c in enumerate(CONTROLS)}
+    keys = [Key(c.name, f"{c.name}*0.2") for c in CONTROLS]
     raised = []
-    for c in CONTROLS:
+    for c in (c for c in CONTROLS if c.creases):
+        keys.append(Key(f"{c.name} creases", f"{c.name}*0.2*crease_gain"))
         symmetric = by_name.get(
             c.name.removesuffix("_left").removesuffix("_right"), by_name[c.name]
         )
@@ -139,9 +142,13 @@ def bake(data: Path) -> dict[str, NDArray]:
 
     upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
     base = (base - origin) @ upright
-    identity, controls = identity @ upright, controls @ upright
+    arkit = np.stack([to_cage @ target(f"arkit/{name}") for name in ARKIT_NAMES])
+    identity, controls, arkit = identity @ upright, controls @ upright, arkit @ upright
     grooves = np.stack(raised) @ upright
     arrays = {
+        "key_names": np.array([key.name for key in keys]),
+        "key_expressions": np.array([key.expression for key in keys]),
+        "lid_rest": np.zeros(len(identity), dtype=np.float32),
         "base": base.astype(np.float32),
         "cage_joints": np.array(m),
         "matrix_data": matrix.data.astype(np.float32),
@@ -154,8 +161,9 @@ def bake(data: Path) -> dict[str, NDArray]:
         "mirror": mirror_vertices(default, vertex_part),
         "landmarks": landmark_vertices(default, normals, vertex_part, eyes_middle),
         **sparse("identity", identity),
-        **sparse("controls", controls),
+        **sparse("cage_keys", controls),
         **sparse("creases", grooves),
+        **sparse("arkit", arkit),
     }
     for name, (index, weight) in {
         **brow_curves(default, triangles, skin, eyes_middle),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from facs_rig import CONTROLS, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
-from facs_rig.rig import rotation
+from facs_rig.rotation import rotation
 
 FITTED = "Fitted"
 BASIS = "Basis"
@@ -160,8 +160,8 @@ def _armature(
     without the neck: `head_alone`, hidden, copies the head's own rotation.
     """
     joints = {
-        ROOT: rig.neck_joint(parameters.identity),
-        NECK: rig.neck_joint(parameters.identity),
+        ROOT: rig.joints(parameters.identity)["neck"],
+        NECK: rig.joints(parameters.identity)["neck"],
         HEAD: np.zeros(3),
         HEAD_ALONE: np.zeros(3),
     }

@@ -1,8 +1,10 @@
 """The table of identity parameters: who the face is, as against what it does.
 
 `gender` runs from 0 (female) to 1 (male), `age` from 0 (young adult) to 1 (old), `weight` from
--1 to 1, and the three ethnicities are shares that are normalised to one. All features run from
--1 to 1 with 0 for the plain face; they are MakeHuman's modelling targets, mirrored pairs as one.
+-1 to 1, and the three ethnicities are shares that are normalised to one. `wrinkles` makes the
+creases of the expression deeper or, at -1, takes them away; age deepens them too. All features run
+from -1 to 1 with 0 for the plain face; they are MakeHuman's modelling targets, mirrored pairs as
+one.
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .parameters import nearest
 
 ETHNICITIES = ("african", "asian", "caucasian")
 
@@ -41,6 +45,7 @@ IDENTITY: tuple[Feature, ...] = (
     Feature("african", "African share", 0.0, 1.0, 1 / 3),
     Feature("asian", "Asian share", 0.0, 1.0, 1 / 3),
     Feature("caucasian", "Caucasian share", 0.0, 1.0, 1 / 3),
+    Feature("wrinkles", "Depth of creases", -1.0, 1.0, 0.0),
     _feature("head_width", "Head width", "head", "head-scale-horiz", "decr", "incr"),
     _feature("head_height", "Head height", "head", "head-scale-vert", "decr", "incr"),
     _feature("head_depth", "Head depth", "head", "head-scale-depth", "decr", "incr"),
@@ -96,6 +101,7 @@ IDENTITY: tuple[Feature, ...] = (
 )  # fmt: skip
 
 FEATURES = tuple(f for f in IDENTITY if f.low)
+BY_NAME = {f.name: f for f in IDENTITY}
 
 
 def macro_targets() -> tuple[str, ...]:
@@ -115,12 +121,34 @@ def macro_targets() -> tuple[str, ...]:
     return tuple(names)
 
 
+def _key_names() -> tuple[str, ...]:
+    ends = [f"{f.name} {end}" for f in FEATURES for end in ("low", "high")]
+    return tuple(name.split("/")[-1] for name in macro_targets()) + tuple(ends)
+
+
+# A name for each weight of `target_weights`, for Blender's shape keys.
+IDENTITY_KEYS = _key_names()
+AGE_DEEPENS = 0.7
+
+
+def crease_gain(identity: Mapping[str, float]) -> float:
+    """How deep the expression's creases are: 1 in the plain young face, deeper with age."""
+    p = check_identity(identity)
+    return (1 + AGE_DEEPENS * p["age"]) * (1 + p["wrinkles"])
+
+
 def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
-    """All identity parameters by name, defaults filled in; ValueError for an unknown name."""
+    """All identity parameters by name, defaults filled in; ValueError for what cannot be."""
     known = {f.name: f.default for f in IDENTITY}
     for name, value in identity.items():
         if name not in known:
-            raise ValueError(f"there is no identity parameter '{name}'; see facs_rig.IDENTITY")
+            hint = nearest(str(name), tuple(known)) or "; `sketch2face rig --list` shows them all"
+            raise ValueError(f"there is no identity parameter '{name}'{hint}")
+        feature = BY_NAME[name]
+        if not feature.minimum <= value <= feature.maximum:
+            raise ValueError(
+                f"{name} = {value} is outside {feature.minimum:g} to {feature.maximum:g}"
+            )
         known[name] = float(value)
     return known
 

@@ -69,7 +69,7 @@ def rasterise(vertices: NDArray, triangles: NDArray, camera: Camera) -> Buffers:
     for stop in np.append(np.searchsorted(np.cumsum(counts), cuts), len(seen)):
         if stop > start:
             part = slice(start, stop)
-            _fill(owners[part], planes[:, part], low[part], size[part], w, depth, owner)
+            _fill(owners[part], planes[:, :, part], low[part], size[part], w, depth, owner)
         start = stop
     return Buffers(depth.reshape(h, w), owner.reshape(h, w))
 

@@ -1,9 +1,8 @@
-"""The face: identity, 47 FACS controls, creases, head and neck, as arrays."""
+"""The face: identity, 47 FACS controls, creases, head, neck and eyes, as arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -12,61 +11,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
-from .controls import CONTROL_NAMES, FULL_INTENSITY, MAX_INTENSITY
-from .identity import FEATURES, target_weights
+from .controls import CONTROL_NAMES, FULL_INTENSITY
+from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
+from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
+from .parameters import FaceParameters, intensities
 from .rotation import rotation
 from .subdivide import triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
-ANGLES = ("yaw", "pitch", "roll")
-
-
-@dataclass(frozen=True)
-class FaceParameters:
-    """Everything that poses one face.
-
-    aus : control name -> intensity 0..10 (5 is full natural activation; missing is 0)
-    identity : parameter name -> value, see facs_rig.IDENTITY (missing is the default)
-    head, neck : yaw, pitch, roll in radians. Yaw turns to the face's own left, pitch looks down,
-        roll tilts to the image's right.
-    """
-
-    aus: Mapping[str, float] = field(default_factory=dict)
-    identity: Mapping[str, float] = field(default_factory=dict)
-    head: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    neck: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def to_json(self) -> dict:
-        """Plain dictionary, angles in degrees by name."""
-        return {
-            "aus": dict(self.aus),
-            "identity": dict(self.identity),
-            "head": dict(zip(ANGLES, map(float, np.degrees(self.head)), strict=True)),
-            "neck": dict(zip(ANGLES, map(float, np.degrees(self.neck)), strict=True)),
-        }
-
-    @classmethod
-    def from_json(cls, data: Mapping) -> FaceParameters:
-        """The inverse of `to_json`; what is missing is neutral."""
-        def angles(part: str) -> tuple[float, float, float]:
-            yaw, pitch, roll = (float(np.radians(data.get(part, {}).get(a, 0.0))) for a in ANGLES)
-            return yaw, pitch, roll
-
-        aus, identity = dict(data.get("aus", {})), dict(data.get("identity", {}))
-        return cls(aus, identity, angles("head"), angles("neck"))
-
-
-def intensities(aus: Mapping[str, float]) -> NDArray[np.float32]:
-    """(47,) intensities in the catalogue's order; ValueError for unknown names and bad values."""
-    values = np.zeros(len(CONTROL_NAMES), dtype=np.float32)
-    for name, value in aus.items():
-        if name not in CONTROL_NAMES:
-            raise ValueError(f"there is no control '{name}'; `sketch2face rig` lists all 47")
-        if not 0 <= value <= MAX_INTENSITY:
-            raise ValueError(f"{name} = {value} is outside 0 to {MAX_INTENSITY:g}")
-        values[CONTROL_NAMES.index(name)] = value
-    return values
+JOINTS = ("head", "neck", "eye_left", "eye_right", "jaw")
 
 
 class FaceRig:
@@ -79,6 +33,8 @@ class FaceRig:
     vertex_part : (n,) uint8, index into part_names      mirror : (n,) int32
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
     strokes : name -> (vertex indices (k, 3), weights (k, 3)) of brows and irises on the surface
+    keys : the shape keys whose values pose the face, the 47 controls first (see facs_rig.keys)
+    weights : (n, 2) float32, how far a vertex follows the head and the neck
     """
 
     part_names = PART_NAMES
@@ -100,10 +56,23 @@ class FaceRig:
         self.parts = {name: self.vertex_part == k for k, name in enumerate(PART_NAMES)}
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
-        self._identity = _rows(arrays, "identity", len(self._base))
-        self._controls = _rows(arrays, "controls", len(self._base))
-        self._creases = _rows(arrays, "creases", n)
+        self._identity = _dense(arrays, "identity", len(self._base))
+        # Controls and helpers move the cage, creases the skin itself.
+        self._cage_keys = _dense(arrays, "cage_keys", len(self._base))
+        self._crease_at, self._creases = _compressed(arrays, "creases")
+        self.keys = tuple(
+            Key(str(name), str(text))
+            for name, text in zip(arrays["key_names"], arrays["key_expressions"], strict=True)
+        )
+        self._values = compile_keys(self.keys[len(CONTROL_NAMES) :])
+        self._lid_rest = arrays["lid_rest"]
+        self._arkit = (arrays, "arkit")
         self.weights: NDArray[np.float32] = arrays["weights"]
+        self._blended = np.flatnonzero((self.weights < 1).any(axis=1))
+        x = (self._matrix @ self._base[: self._m])[:, 0]
+        eyes = self.parts["eyes"]
+        self._eyes = {"eye_left": np.flatnonzero(eyes & (x > 0)),
+                      "eye_right": np.flatnonzero(eyes & (x <= 0))}  # fmt: skip
         self.strokes = {
             name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
             for name in arrays
@@ -115,24 +84,34 @@ class FaceRig:
         """(n, t) sparse sums of triangles at vertices, for normals of many poses."""
         return corner_matrix(self.triangles, self.n_vertices)
 
-    @cached_property
-    def control_deltas(self) -> NDArray[np.float32]:
-        """(47, n, 3) movement in metres of each control at intensity 5, creases included."""
-        count = len(CONTROL_NAMES)
-        cage = self._controls.toarray().reshape(count, -1, 3)[:, : self._m]
-        cage = np.ascontiguousarray(cage.transpose(1, 0, 2)).reshape(self._m, -1)
-        moved = (self._matrix @ cage).reshape(self.n_vertices, count, 3).transpose(1, 0, 2)
-        moved += self._creases.toarray().reshape(count, self.n_vertices, 3)
-        return np.ascontiguousarray(moved, dtype=np.float32)
+    # --- identity ---
 
     def _cage(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
         weights = target_weights(identity).astype(np.float32)
-        return self._base + (self._identity.T @ weights).reshape(-1, 3)
+        return self._base + (weights @ self._identity).reshape(-1, 3)
 
     def neutral(self, identity: Mapping[str, float] | None = None) -> NDArray[np.float32]:
         """(n, 3) the face without expression, head upright. ValueError for unknown names."""
         cage = self._cage(identity or {})
         return (self._matrix @ cage[: self._m]) - cage[self._m]
+
+    def joints(self, identity: Mapping[str, float] | None = None) -> dict[str, NDArray]:
+        """JOINTS name -> (3,) its place in metres from the head's joint."""
+        cage = self._cage(identity or {})[self._m :]
+        return dict(zip(JOINTS, cage - cage[0], strict=True))
+
+    def scalars(self, identity: Mapping[str, float]) -> dict[str, float]:
+        """The properties `crease_gain` and `lid_rest` that the keys' expressions read."""
+        return {
+            "crease_gain": crease_gain(identity),
+            "lid_rest": float(self._lid_rest @ target_weights(identity)),
+        }
+
+    @cached_property
+    def identity_deltas(self) -> NDArray[np.float32]:
+        """(identity targets, n, 3) metres that each of identity.IDENTITY_KEYS moves the face."""
+        stack = self._identity.reshape(len(IDENTITY_KEYS), -1, 3)
+        return self._refined(stack[:, : self._m] - stack[:, self._m : self._m + 1])
 
     @cached_property
     def landmark_moves(self) -> NDArray[np.float32]:
@@ -140,37 +119,91 @@ class FaceRig:
 
         The mean of the movements toward 1 and away from -1; the features alone, head upright.
         """
-        ends = self._identity[-2 * len(FEATURES) :].toarray().reshape(len(FEATURES), 2, -1, 3)
+        ends = self._identity[-2 * len(FEATURES) :].reshape(len(FEATURES), 2, -1, 3)
         cage = (ends[:, 1] - ends[:, 0]) / 2
         cage = cage[:, : self._m] - cage[:, self._m : self._m + 1]
         rows = self._matrix[self.landmarks]
         return np.stack([rows @ move for move in cage])
 
-    def neck_joint(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
-        """(3,) where the neck turns, in metres from the head's joint."""
-        cage = self._cage(identity)
-        return cage[self._m + 1] - cage[self._m]
+    # --- expression ---
+
+    def variables(self, parameters: FaceParameters) -> dict[str, float]:
+        """Every variable of the keys' expressions: controls 0 to 10, gaze in degrees, scalars."""
+        yaw, pitch = np.degrees(parameters.gaze)
+        aus = dict(zip(CONTROL_NAMES, intensities(parameters.aus).tolist(), strict=True))
+        return {**aus, "gaze_yaw": float(yaw), "gaze_pitch": float(pitch),
+                **self.scalars(parameters.identity)}  # fmt: skip
+
+    def key_values(self, parameters: FaceParameters) -> NDArray[np.float32]:
+        """(keys,) the value of every key; ValueError for unknown names and bad values."""
+        variables = self.variables(parameters)
+        controls = [variables[name] / FULL_INTENSITY for name in CONTROL_NAMES]
+        return np.concatenate([controls, self._values(variables)]).astype(np.float32)
+
+    @cached_property
+    def key_deltas(self) -> NDArray[np.float32]:
+        """(keys, n, 3) metres that each key moves the face at value 1."""
+        cage = self._cage_keys.reshape(len(self._cage_keys), -1, 3)
+        out = np.zeros((len(self.keys), self.n_vertices, 3), dtype=np.float32)
+        out[: len(cage)] = self._refined(cage[:, : self._m])
+        out[len(cage) :, self._crease_at] = self._creases.reshape(
+            len(self._creases), len(self._crease_at), 3
+        )
+        return out
+
+    @cached_property
+    def control_deltas(self) -> NDArray[np.float32]:
+        """(47, n, 3) movement in metres of each control alone, at intensity 5, default identity."""
+        full = [FaceParameters({name: FULL_INTENSITY}) for name in CONTROL_NAMES]
+        return self.pose_batch(full) - self.neutral()
+
+    @cached_property
+    def arkit_deltas(self) -> NDArray[np.float32]:
+        """(52, n, 3) movement in metres of each of controls.ARKIT_NAMES at 1."""
+        cage = _dense(*self._arkit, len(self._base))
+        return self._refined(cage.reshape(len(cage), -1, 3)[:, : self._m])
+
+    def _refined(self, cages: NDArray) -> NDArray[np.float32]:
+        """Cage movements (k, m, 3) as movements (k, n, 3) of the fine face."""
+        flat = np.ascontiguousarray(cages.transpose(1, 0, 2)).reshape(self._m, -1)
+        fine = (self._matrix @ flat).reshape(self.n_vertices, len(cages), 3)
+        return np.ascontiguousarray(fine.transpose(1, 0, 2), dtype=np.float32)
 
     def shape(
         self, parameters: FaceParameters, offsets: NDArray | None = None
     ) -> NDArray[np.float32]:
         """(n, 3) identity, expression and fitted `offsets` (n, 3), head upright."""
-        weights = intensities(parameters.aus) / FULL_INTENSITY
-        vertices = self.neutral(parameters.identity)
-        for k in np.flatnonzero(weights):
-            vertices += weights[k] * self.control_deltas[k]
+        values = self.key_values(parameters)
+        split = len(self._cage_keys)
+        cage = self._cage(parameters.identity) + (values[:split] @ self._cage_keys).reshape(-1, 3)
+        vertices = (self._matrix @ cage[: self._m]) - cage[self._m]
+        if values[split:].any():
+            vertices[self._crease_at] += (values[split:] @ self._creases).reshape(-1, 3)
         if offsets is not None:
             vertices = vertices + is_shape(offsets, (self.n_vertices, 3), "offsets")
         return vertices.astype(np.float32)
 
+    # --- head, neck and eyes ---
+
     def turn(self, vertices: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
-        """Turn upright vertices (n, 3) by head and neck; the skin follows by its weights."""
+        """Turn upright vertices (n, 3) by gaze, head and neck; the skin follows by its weights."""
         is_shape(vertices, (self.n_vertices, 3), "vertices")
-        out = vertices
-        for angles, weight, pivot in self._joints(parameters):
-            turned = (out - pivot) @ rotation(angles).T + pivot
-            out = out + weight * (turned - out)
-        return out.astype(np.float32)
+        out = np.array(vertices, dtype=np.float32)
+        joints = self.joints(parameters.identity)
+        if any(parameters.gaze):
+            turning = rotation((*parameters.gaze, 0.0)).astype(np.float32).T
+            for eye, at in self._eyes.items():
+                out[at] = (out[at] - joints[eye]) @ turning + joints[eye]
+        skin = out[self._blended]
+        for k, (angles, joint) in enumerate(self._joints(parameters, joints)):
+            if any(angles):
+                turning = rotation(angles).astype(np.float32).T
+                shift = joint - joint @ turning
+                out = out @ turning
+                out += shift
+                skin += self.weights[self._blended, k : k + 1] * (skin @ turning + shift - skin)
+        out[self._blended] = skin
+        return out
 
     def unturn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
         """Displacements (n, 3) of the turned face as displacements of the upright one."""
@@ -182,24 +215,25 @@ class FaceRig:
 
     def turn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
         """Displacements (..., n, 3) of the upright face as displacements of the turned one."""
-        if not any(parameters.head) and not any(parameters.neck):
+        if not any((*parameters.head, *parameters.neck, *parameters.gaze)):
             return vectors.astype(np.float32)
         turning = self._turning(parameters).astype(np.float32)
         return np.einsum("nij,...nj->...ni", turning, vectors)
 
     def _turning(self, parameters: FaceParameters) -> NDArray[np.float64]:
         """(n, 3, 3) what the joints do to a displacement of each vertex."""
-        linear = np.broadcast_to(np.eye(3), (self.n_vertices, 3, 3))
-        for angles, weight, _ in self._joints(parameters):
-            linear = (np.eye(3) + weight[:, :, None] * (rotation(angles) - np.eye(3))) @ linear
+        linear = np.tile(np.eye(3), (self.n_vertices, 1, 1))
+        for at in self._eyes.values():
+            linear[at] = rotation((*parameters.gaze, 0.0))
+        for k, (angles, _) in enumerate(self._joints(parameters, self.joints())):
+            weight = self.weights[:, k, None, None]
+            linear = (np.eye(3) + weight * (rotation(angles) - np.eye(3))) @ linear
         return linear
 
-    def _joints(self, parameters: FaceParameters):
-        """(angles, vertex weights (n, 1), pivot) of the joints in use, head first."""
-        if any(parameters.head):
-            yield parameters.head, self.weights[:, :1], np.zeros(3, dtype=np.float32)
-        if any(parameters.neck):
-            yield parameters.neck, self.weights[:, 1:], self.neck_joint(parameters.identity)
+    @staticmethod
+    def _joints(parameters: FaceParameters, joints: Mapping[str, NDArray]):
+        """Angles and place of head and neck, in the order of the columns of `weights`."""
+        return (parameters.head, joints["head"]), (parameters.neck, joints["neck"])
 
     def pose(
         self, parameters: FaceParameters, offsets: NDArray | None = None
@@ -209,14 +243,23 @@ class FaceRig:
 
     def pose_batch(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
         """(b, n, 3) many posed faces."""
-        if not batch:
-            return np.zeros((0, self.n_vertices, 3), dtype=np.float32)
-        weights = np.stack([intensities(p.aus) for p in batch]) / np.float32(FULL_INTENSITY)
-        moved = weights @ self.control_deltas.reshape(len(CONTROL_NAMES), -1)
-        moved = moved.reshape(len(batch), self.n_vertices, 3)
         out = np.empty((len(batch), self.n_vertices, 3), dtype=np.float32)
+        if not batch:
+            return out
+        values = np.stack([self.key_values(p) for p in batch])
+        who = np.stack([target_weights(p.identity) for p in batch]).astype(np.float32)
+        split = len(self._cage_keys)
+        cages = (who @ self._identity + values[:, :split] @ self._cage_keys).reshape(
+            len(batch), -1, 3
+        )
+        cages += self._base
+        cages -= cages[:, self._m : self._m + 1]
+        creases = (values[:, split:] @ self._creases).reshape(len(batch), -1, 3)
         for k, parameters in enumerate(batch):
-            out[k] = self.turn(self.neutral(parameters.identity) + moved[k], parameters)
+            out[k] = self._matrix @ cages[k, : self._m]
+            out[k, self._crease_at] += creases[k]
+            if any((*parameters.head, *parameters.neck, *parameters.gaze)):
+                out[k] = self.turn(out[k], parameters)
         return out
 
     def stroke_points(self, vertices: NDArray, name: str) -> NDArray:
@@ -225,11 +268,20 @@ class FaceRig:
         return np.einsum("kc,kcd->kd", weight, vertices[index])
 
 
-def _rows(arrays: Mapping[str, NDArray], name: str, n: int) -> sp.csr_matrix:
-    """(rows, 3n) sparse matrix from a list of moved vertices and their displacements."""
+def _dense(arrays: Mapping[str, NDArray], name: str, n: int) -> NDArray[np.float32]:
+    """(rows, 3n) from a list of moved vertices and their displacements."""
     index, delta, starts = (arrays[f"{name}_{k}"] for k in ("index", "delta", "starts"))
-    columns = (3 * index[:, None] + np.arange(3)).ravel()
-    return sp.csr_matrix((delta.ravel(), columns, 3 * starts), shape=(len(starts) - 1, 3 * n))
+    out = np.zeros((len(starts) - 1, n, 3), dtype=np.float32)
+    out[np.repeat(np.arange(len(out)), np.diff(starts)), index] = delta
+    return out.reshape(len(out), -1)
+
+
+def _compressed(
+    arrays: Mapping[str, NDArray], name: str
+) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
+    """Vertices (u,) that any row moves, and the rows' displacements of these (rows, 3u)."""
+    used, at = np.unique(arrays[f"{name}_index"], return_inverse=True)
+    return used, _dense({**arrays, f"{name}_index": at}, name, len(used))
 
 
 @lru_cache(maxsize=1)

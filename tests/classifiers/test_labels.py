@@ -18,7 +18,7 @@ from classifiers.labels import (
     rotated_in_picture,
 )
 from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
-from facs_rig.rig import rotation
+from facs_rig.rotation import rotation
 
 GRIMACES = ("grimace", "grimace_left", "grimace_right")
 intensity = st.floats(0, 10)

@@ -93,6 +93,16 @@ def test_every_pixel_of_a_closed_patch_is_covered_once():
     assert (buffers.triangle[1:-1, 1:-1] >= 0).all()
 
 
+def test_large_pictures_are_drawn_in_parts(sphere, monkeypatch):
+    vertices, triangles = sphere
+    camera = Camera(120, 100, (450.0, 450.0), (61.3, 48.7))
+    whole = rasterise(vertices, triangles, camera)
+    monkeypatch.setattr("facs_rig.raster.PAIRS_AT_ONCE", 5_000)
+    parts = rasterise(vertices, triangles, camera)
+    np.testing.assert_array_equal(whole.depth, parts.depth)
+    np.testing.assert_array_equal(whole.triangle >= 0, parts.triangle >= 0)
+
+
 def test_headlight_shading_of_a_sphere(sphere):
     vertices, triangles = sphere
     camera = Camera(101, 101, (450.0, 450.0), (50.5, 50.5))
