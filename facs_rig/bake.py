@@ -30,10 +30,27 @@ from .anatomy import (
 )
 from .controls import ARKIT_NAMES, CONTROLS
 from .creases import crease_displacements, refinement_levels
-from .identity import FEATURES, macro_targets, target_weights
+from .identity import ETHNICITIES, FEATURES, macro_targets, target_weights
 from .keys import Key
+from .lids import (
+    BLINK_LOWER,
+    BLINK_UPPER,
+    LEAST,
+    LOWER_FOLLOWS,
+    UPPER_FOLLOWS,
+    LidField,
+    hold_rim,
+    keep_round,
+    lid_deltas,
+    lid_field,
+    lid_keys,
+    lid_shares,
+    measure_opening,
+)
+from .lips import closing, lip_deltas, lip_keys, seam_markers
 from .mesh import vertex_normals
 from .rotation import rotation
+from .strands import add_hairs, lashes
 from .subdivide import refine, triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
@@ -42,6 +59,9 @@ METRES = 0.1  # MakeHuman's unit is the decimetre
 # face, with the jaw's outline before the neck.
 LOOK_DOWN = 7.0
 JOINTS = ("head", "neck", "l-eye", "r-eye", "mouth")  # as rig.JOINTS; the jaw turns in "mouth"
+SIGNS = {"left": 1, "right": -1}  # of x on the face's own left and right
+EYE_JOINTS = {"left": JOINTS.index("l-eye"), "right": JOINTS.index("r-eye")}
+ARKIT_LOOK = 28.0  # degrees that the eyes turn at 1 of ARKit's eyeLook units
 PART_GROUPS = {
     "eyes": ("helper-l-eye", "helper-r-eye"),
     "teeth": ("helper-upper-teeth", "helper-lower-teeth"),
@@ -86,6 +106,8 @@ def bake(data: Path) -> dict[str, NDArray]:
     n = len(vertices)
 
     def target(name: str) -> NDArray:
+        if name.startswith("lids/"):
+            return np.zeros((n, 3))
         if name.startswith("arkit/"):
             return read_target(units / f"{name[6:]}.target", n)
         if name.startswith("units/"):
@@ -104,16 +126,32 @@ def bake(data: Path) -> dict[str, NDArray]:
         + [to_cage @ target(end) for f in FEATURES for end in (f.low, f.high)]
     )
     base = to_cage @ vertices
+    cage_part = np.zeros(m, dtype=np.uint8)
+    cage_part[cage_quads] = part[:, None]
+    eye = cage_part == PART_NAMES.index("eyes")
+    balls = {side: np.flatnonzero(eye & (sign * base[:m, 0] > 0)) for side, sign in SIGNS.items()}
+    for side, ball in balls.items():
+        keep_round(identity, base, ball, m + EYE_JOINTS[side])
     plain = base + np.tensordot(target_weights({}), identity, axes=1)
 
     level = refinement_levels(plain[:m], cage_quads, part)
-    fine = refine(cage_quads, m, level)
+    solid = part != PART_NAMES.index("lashes")  # the sheets only guide the lashes that grow there
+    fine = refine(cage_quads[solid], m, level[solid])
     matrix = sp.csr_matrix(fine.matrix)
-    triangles = triangulate(fine.polygon_vertices, fine.polygon_starts)
+    polygons = fine.polygon_vertices, fine.polygon_starts
+    triangles = triangulate(*polygons)
     vertex_part = np.zeros(matrix.shape[0], dtype=np.uint8)
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
-    vertex_part[fine.polygon_vertices] = np.repeat(part[fine.source], sizes)
+    vertex_part[fine.polygon_vertices] = np.repeat(part[solid][fine.source], sizes)
 
+    fields = lid_fields(plain, m, matrix, triangles, vertex_part, cage_part)
+    surface = matrix[vertex_part == PART_NAMES.index("skin")]
+    lid_rest = fit_lids(identity, base, plain, m, surface, fields, balls)
+    plain = base + np.tensordot(target_weights({}), identity, axes=1)
+    skin = triangles[vertex_part[triangles[:, 0]] == PART_NAMES.index("skin")]
+    hairs = lashes(plain[:m], cage_quads, part, matrix, skin)
+    matrix, polygons, vertex_part = add_hairs(matrix, polygons, vertex_part, hairs)
+    triangles = triangulate(*polygons)
     origin = plain[m + JOINTS.index("head")]
     default = (matrix @ plain[:m]) - origin
     normals = vertex_normals(default, triangles)
@@ -121,13 +159,35 @@ def bake(data: Path) -> dict[str, NDArray]:
     controls = np.stack(
         [sum(w * masked(to_cage, target, masks, t) for t, w in c.mix) for c in CONTROLS]
     )
+    arkit = np.stack([to_cage @ target(f"arkit/{name}") for name in ARKIT_NAMES])
+    arkit[:, m:] = 0
     skin = vertex_part == PART_NAMES.index("skin")
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
-    by_name = {c.name: k for k, c in enumerate(CONTROLS)}
     keys = [Key(c.name, f"{c.name}*0.2") for c in CONTROLS]
+    helpers, moves = [], [controls]
+    for side, field in fields.items():
+        shares = measured_shares(side, controls, surface, m, plain, field)
+        shares_of_arkit = measured_arkit(side, arkit, surface, m, plain, field)
+        still = 1 - field.rim[:, None]
+        controls[:, :m] *= still
+        deltas = lid_deltas(plain[:m], field)
+        arkit[:, :m] *= still
+        look_about(arkit, side, plain, balls[side], deltas, shares_of_arkit)
+        helpers += lid_keys(side, *shares)
+        moves.append(padded(deltas, len(base)))
+    seam = (plain[:m] - origin)[landmark_lip_line(plain[:m] - origin)]
+    markers = seam_markers(default, normals, skin, seam)
+    closings = np.stack([closing(matrix @ c[:m], markers) for c in controls])
+    helpers += lip_keys(tuple(c.name for c in CONTROLS), closings)
+    movable = cage_part == PART_NAMES.index("skin")
+    parted = lip_deltas(plain[:m] - origin, masks["upper"][:, 0], movable, seam[1])
+    moves.append(padded(parted, len(base)))
+    keys += helpers
+
+    by_name = {c.name: k for k, c in enumerate(CONTROLS)}
     raised = []
     for c in (c for c in CONTROLS if c.creases):
-        keys.append(Key(f"{c.name} creases", f"{c.name}*0.2*crease_gain"))
+        keys.append(Key(f"{c.name}_creases", f"{c.name}*0.2*crease_gain"))
         symmetric = by_name.get(
             c.name.removesuffix("_left").removesuffix("_right"), by_name[c.name]
         )
@@ -135,6 +195,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         raised.append(
             crease_displacements(c, active, vertex_normals(active, triangles), skin, eyes_middle)
         )
+    cage_keys = np.concatenate(moves)
     rigid = np.isin(vertex_part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])
     head_weight, neck_weight = skin_weights(mpfb / "rigs" / "standard" / "weights.default.json", n)
     weights = np.clip(matrix @ (crop @ np.stack([head_weight, neck_weight], axis=1)), 0, 1)
@@ -142,26 +203,25 @@ def bake(data: Path) -> dict[str, NDArray]:
 
     upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
     base = (base - origin) @ upright
-    arkit = np.stack([to_cage @ target(f"arkit/{name}") for name in ARKIT_NAMES])
-    identity, controls, arkit = identity @ upright, controls @ upright, arkit @ upright
+    identity, cage_keys, arkit = identity @ upright, cage_keys @ upright, arkit @ upright
     grooves = np.stack(raised) @ upright
     arrays = {
         "key_names": np.array([key.name for key in keys]),
         "key_expressions": np.array([key.expression for key in keys]),
-        "lid_rest": np.zeros(len(identity), dtype=np.float32),
+        "lid_rest": lid_rest.astype(np.float32),
         "base": base.astype(np.float32),
         "cage_joints": np.array(m),
         "matrix_data": matrix.data.astype(np.float32),
         "matrix_indices": matrix.indices.astype(np.int32),
         "matrix_indptr": matrix.indptr.astype(np.int32),
-        "polygon_vertices": fine.polygon_vertices,
-        "polygon_starts": fine.polygon_starts,
+        "polygon_vertices": polygons[0],
+        "polygon_starts": polygons[1],
         "vertex_part": vertex_part,
         "weights": weights.astype(np.float32),
         "mirror": mirror_vertices(default, vertex_part),
         "landmarks": landmark_vertices(default, normals, vertex_part, eyes_middle),
         **sparse("identity", identity),
-        **sparse("cage_keys", controls),
+        **sparse("cage_keys", cage_keys),
         **sparse("creases", grooves),
         **sparse("arkit", arkit),
     }
@@ -173,6 +233,98 @@ def bake(data: Path) -> dict[str, NDArray]:
         arrays[f"stroke_{name}_vertices"] = index.astype(np.int32)
         arrays[f"stroke_{name}_weights"] = weight.astype(np.float32)
     return arrays
+
+
+def padded(deltas: NDArray, rows: int) -> NDArray:
+    """Displacements (k, m, 3) of the cage with zeros for the joints behind it."""
+    return np.pad(deltas, ((0, 0), (0, rows - deltas.shape[1]), (0, 0)))
+
+
+def lid_fields(plain, m, matrix, triangles, vertex_part, cage_part) -> dict[str, LidField]:
+    """The lids of both eyes, measured on the plain face (in the source's frame)."""
+    of_triangle = vertex_part[triangles[:, 0]]
+    is_eye, is_hair = (of_triangle == PART_NAMES.index(p) for p in ("eyes", "lashes"))
+    lashes = cage_part == PART_NAMES.index("lashes")
+    fields = {}
+    for side in SIGNS:
+        opening = measure_opening(matrix @ plain[:m], triangles, is_eye, is_hair, side == "left")
+        middle = opening.radius * (np.sin(opening.top) + np.sin(opening.bottom)).mean() / 2
+        up = plain[:m, 1] > opening.centre[1] + middle
+        fields[side] = lid_field(
+            plain[:m], cage_part == PART_NAMES.index("skin"), lashes & up, lashes & ~up, opening
+        )
+    return fields
+
+
+def fit_lids(identity, base, plain, m, matrix, fields, balls) -> NDArray[np.float64]:
+    """Lay the lids of every identity target on its eyeball, in place; how far each closes them.
+
+    Returns (targets,) shares of the opening (both lids together), zero for the plain face.
+    """
+    default = target_weights({})
+    closed = np.zeros(len(identity))
+    shapes = len(ETHNICITIES) * 4  # the targets of gender, age and ethnicity, which come first
+    for k in range(len(identity)):
+        rest = base if k < shapes else plain
+        if np.abs(identity[k, :m] * fields["left"].rim[:, None]).max() < 1e-6:
+            continue
+        for side, field in fields.items():
+            opening, ball = field.opening, balls[side]
+            who = rest + identity[k]
+            centre = who[m + EYE_JOINTS[side]]
+            grown = np.linalg.norm(who[ball] - centre, axis=1).mean() / np.linalg.norm(
+                plain[ball] - plain[m + EYE_JOINTS[side]], axis=1
+            ).mean()
+            held = hold_rim(who[:m], centre, grown * opening.radius, field, plain[:m])
+            identity[k, :m] = held - rest[:m]
+            own = (held - centre) / grown + opening.centre
+            closed[k] += sum(lid_shares(matrix @ plain[:m], matrix @ own, opening, 0.15)) / 2
+    closed[:shapes] -= default[:shapes] @ closed[:shapes]
+    return closed
+
+
+def measured_shares(side, controls, matrix, m, plain, field) -> tuple[dict, dict]:
+    """How far each control closes the upper and raises the lower lid of one eye, by its name."""
+    upper: dict[str, float] = {}
+    lower: dict[str, float] = {}
+    rest = matrix @ plain[:m]
+    for control, delta in zip(CONTROLS, controls, strict=True):
+        if control.side not in ("both", side):
+            continue
+        if control.name.startswith("blink"):
+            up, low = BLINK_UPPER, BLINK_LOWER
+        else:
+            up, low = lid_shares(rest, rest + matrix @ delta[:m], field.opening)
+        if abs(up) > LEAST:
+            upper[control.name] = up
+        if abs(low) > LEAST:
+            lower[control.name] = low
+    return upper, lower
+
+
+def measured_arkit(side, arkit, matrix, m, plain, field) -> dict[str, tuple[float, float]]:
+    """Lid shares of the ARKit units of one eye, by name."""
+    rest = matrix @ plain[:m]
+    own = [k for k, name in enumerate(ARKIT_NAMES) if name.endswith(side.capitalize())]
+    return {
+        ARKIT_NAMES[k]: lid_shares(rest, rest + matrix @ arkit[k, :m], field.opening) for k in own
+    }
+
+
+def look_about(arkit, side, plain, ball, deltas, shares) -> None:
+    """Lids and gaze of the ARKit units of one eye, in place: on the arc, and round."""
+    m = deltas.shape[1]
+    turns = {"Down": (0, 1), "Up": (0, -1), "Out": (SIGNS[side], 0), "In": (-SIGNS[side], 0)}
+    turns = {f"eyeLook{way}{side.capitalize()}": turn for way, turn in turns.items()}
+    arm = plain[ball] - plain[m + EYE_JOINTS[side]]
+    for name, (up, low) in {**shares, f"eyeBlink{side.capitalize()}": (0.95, 0.05)}.items():
+        k = ARKIT_NAMES.index(name)
+        if name in turns:
+            yaw, pitch = np.array(turns[name]) * np.radians(ARKIT_LOOK)
+            arkit[k, ball] = arm @ rotation((yaw, pitch, 0.0)).T - arm
+            up, low = (follows * np.degrees(pitch) for follows in (UPPER_FOLLOWS, LOWER_FOLLOWS))
+        arcs = 4 * low * (1 - low), 4 * up * (1 - up)
+        arkit[k, :m] += np.tensordot([low, up, *arcs], deltas, axes=1)
 
 
 def crop_head(vertices, quads, groups) -> tuple[sp.csr_matrix, NDArray, NDArray]:

@@ -6,7 +6,8 @@ manual (Ekman, Friesen, Hager 2002). Every control runs from 0 to 10, where 5 is
 activation.
 
 A control's `mix` names the blendshapes that it is made of, with their weights at intensity 5:
-`units/...` are MakeHuman's expression units, `arkit/...` the ARKit-named ones. Controls of both
+`units/...` are MakeHuman's expression units, `arkit/...` the ARKit-named ones, `lids/...` are
+turned by facs_rig.lids. Controls of both
 sides are the sum of their left and right versions, so that those add up to the symmetric one.
 """
 
@@ -80,7 +81,7 @@ def _one(name, label, region, aus, muscle, signature, mix, creases=(), side="bot
 
 _BROW_UP = (("units/eyebrows-{side}-up", 0.8), ("units/eyebrows-{side}-inner-up", 0.35),
             ("arkit/browOuterUp{Side}", 0.6))  # fmt: skip
-_BLINK = (("arkit/eyeBlink{Side}", 1.0),)
+_BLINK = (("lids/close-{side}", 1.0),)
 _SMILE = (("arkit/mouthSmile{Side}", 0.75), ("arkit/cheekSquint{Side}", 0.45),
           ("units/mouth-corner-puller", 0.35))  # fmt: skip
 _GRIMACE = (("arkit/mouthStretch{Side}", 1.1), ("units/neck-platysma", 0.5),

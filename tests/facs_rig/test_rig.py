@@ -6,7 +6,15 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS, FaceParameters, load_rig
+from facs_rig import (
+    CONTROL_NAMES,
+    DETECTED,
+    LANDMARKS,
+    Camera,
+    FaceParameters,
+    load_rig,
+    rasterise,
+)
 from facs_rig.rotation import rotation
 
 MM = 1e-3
@@ -82,10 +90,11 @@ SIDED = [n[:-5] for n in CONTROL_NAMES if n.endswith("_left") and n != "jaw_left
 
 @pytest.mark.parametrize("name", SIDED)
 def test_left_and_right_add_up_to_the_symmetric_control(rig, name):
-    delta = dict(zip(CONTROL_NAMES, rig.control_deltas, strict=True))
-    both = delta[f"{name}_left"] + delta[f"{name}_right"]
-    np.testing.assert_allclose(both, delta[name], atol=1e-6)
-    left = delta[f"{name}_left"]
+    for strength in (2.0, 5.0):
+        sides = {f"{name}_left": strength, f"{name}_right": strength}
+        both, symmetric = (rig.shape(FaceParameters(aus)) for aus in (sides, {name: strength}))
+        np.testing.assert_allclose(both, symmetric, atol=3e-5)
+    left = rig.control_deltas[CONTROL_NAMES.index(f"{name}_left")]
     far = rig.neutral()[:, 0] < -0.02  # the other half of the face keeps still
     assert np.abs(left[far]).max() < 0.1 * np.abs(left).max()
 
@@ -124,22 +133,92 @@ def test_controls_move_their_feature_the_right_way(rig, name, landmark, axis, le
 @pytest.mark.parametrize("name", DETECTED)
 def test_detected_controls_crease_the_skin(rig, name):
     """Sharper folds than the smooth blendshape has: the control without its creases is smoother."""
-    key = [k.name for k in rig.keys].index(f"{name} creases")
+    key = [k.name for k in rig.keys].index(f"{name}_creases")
     depth = np.linalg.norm(rig.key_deltas[key], axis=1)
     assert depth.max() > 0.6 * MM
     assert not depth[~rig.parts["skin"]].any()
 
 
-weights = st.fixed_dictionaries({}, optional={n: st.floats(0, 5) for n in CONTROL_NAMES[::5]})
+activations = st.dictionaries(st.sampled_from(CONTROL_NAMES), st.floats(0, 10))
+gazes = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
 
 
 @settings(max_examples=15, deadline=None)
-@given(weights, weights)
-def test_posing_is_linear_in_the_activations(a, b):
+@given(activations, gazes)
+def test_a_pose_is_the_sum_of_its_keys(aus, gaze):
+    """What Blender does with the same keys, deltas and values."""
     rig = load_rig()
-    total = {n: a.get(n, 0) + b.get(n, 0) for n in {*a, *b}}
-    pa, pb, pt = (rig.shape(FaceParameters(aus=x)) for x in (a, b, total))
-    np.testing.assert_allclose(pt - rig.neutral(), pa + pb - 2 * rig.neutral(), atol=2e-6)
+    parameters = FaceParameters(aus, {"age": 0.5, "eye_opening": 0.4}, gaze=gaze)
+    summed = rig.neutral(parameters.identity) + np.tensordot(
+        rig.key_values(parameters), rig.key_deltas, axes=1
+    )
+    np.testing.assert_allclose(rig.shape(parameters), summed, atol=4e-6)
+
+
+def test_controls_are_linear(rig):
+    """The values of the controls' own keys are the sliders; 5 is value 1."""
+    values = rig.key_values(FaceParameters({n: k / 5 for k, n in enumerate(CONTROL_NAMES)}))
+    np.testing.assert_allclose(values[:47], np.arange(47) / 25, atol=1e-6)
+    assert [key.name for key in rig.keys[:47]] == list(CONTROL_NAMES)
+    assert not rig.key_values(FaceParameters()).any()
+
+
+@settings(max_examples=100, deadline=None)
+@given(activations, gazes, st.floats(-1, 1))
+def test_lids_never_pass_each_other(aus, gaze, opening):
+    rig = load_rig()
+    who = {"eye_opening": opening}
+    values = rig.key_values(FaceParameters(aus, who, gaze=gaze))
+    value = dict(zip((k.name for k in rig.keys), values, strict=True))
+    rest = rig.scalars(who)["lid_rest"]
+    for side in ("left", "right"):
+        assert value[f"lid_upper_{side}"] + value[f"lid_lower_{side}"] + rest <= 1 + 1e-6
+
+
+@pytest.mark.parametrize("who", [{}, {"eye_opening": 1.0}, {"eye_opening": -1.0}, {"age": 1.0},
+                                 {"eye_size": 1.0}, {"asian": 1.0, "african": 0.0}])  # fmt: skip
+def test_a_blink_closes_the_eye_of_every_identity(rig, who):
+    """From the front no more than a sliver of the eyeballs is left to see."""
+    camera = Camera.framing(rig.neutral(), 600, 600)
+    solid = np.flatnonzero(~np.isin(rig.triangle_part, [rig.part_names.index("lashes")]))
+
+    def seen(aus):
+        vertices = rig.pose(FaceParameters(aus, who))
+        owner = rasterise(vertices, rig.triangles[solid], camera).triangle
+        return (rig.triangle_part[solid][owner[owner >= 0]] == rig.part_names.index("eyes")).sum()
+
+    assert seen({"blink": 5.0}) < 0.04 * seen({})
+    assert seen({"blink": 10.0, "squint": 5.0}) < 0.04 * seen({})
+    assert seen({"lid_raise": 5.0}) > 1.1 * seen({})
+
+
+@pytest.mark.parametrize("aus", [{}, {"blink": 2.5}, {"blink": 5.0}, {"squint": 5.0},
+                                 {"lid_raise": 5.0}, {"wince": 5.0, "smile": 5.0}])  # fmt: skip
+def test_lids_stay_on_the_eyeball(rig, aus):
+    """The rim of no lid dips into the ball or stands off it, wherever the lid is."""
+    joints = rig.joints()
+
+    def rim_gap(vertices):
+        face = points(rig, vertices)
+        return np.array([
+            np.linalg.norm(face[f"eye_{edge}_{side}"] - joints[f"eye_{side}"])
+            for edge in ("top", "bottom") for side in ("left", "right")
+        ])  # fmt: skip
+
+    rest, now = rim_gap(rig.neutral()), rim_gap(rig.pose(FaceParameters(aus)))
+    assert np.abs(now - rest).max() < 0.5 * MM
+
+
+def test_eyes_look_and_lids_follow(rig):
+    def eye(gaze):
+        return points(rig, rig.pose(FaceParameters(gaze=gaze)))
+
+    rest = eye((0.0, 0.0))
+    assert eye((0.4, 0.0))["pupil_left"][0] > rest["pupil_left"][0] + 3 * MM  # to its own left
+    down, up = eye((0.0, 0.4)), eye((0.0, -0.4))
+    assert down["pupil_left"][1] < rest["pupil_left"][1] - 3 * MM
+    assert down["eye_top_left"][1] < rest["eye_top_left"][1] - 2 * MM
+    assert up["eye_top_right"][1] > rest["eye_top_right"][1] + 1 * MM
 
 
 def test_batch_equals_one_by_one(rig):
