@@ -32,6 +32,7 @@ from .controls import ARKIT_NAMES, CONTROLS
 from .creases import crease_displacements, refinement_levels
 from .identity import ETHNICITIES, FEATURES, macro_targets, target_weights
 from .keys import Key
+from .lashes import lashes
 from .lids import (
     BLINK_LOWER,
     BLINK_UPPER,
@@ -50,7 +51,7 @@ from .lids import (
 from .lips import closing, lip_deltas, lip_keys, seam_markers
 from .mesh import vertex_normals
 from .rotation import rotation
-from .strands import add_hairs, lashes
+from .strands import add_hairs
 from .subdivide import refine, triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
