@@ -15,8 +15,8 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from addon import commands
-from addon.commands import UsageError, say
+from addon import commands, rig_command
+from addon.console import UsageError, say
 from addon.files import OutputError
 
 ABOUT = """\
@@ -101,7 +101,11 @@ COMMANDS: dict[
     ),
     "train": ("train the classifiers on such a set", commands.train_arguments, commands.train),
     "evaluate": ("measure the classifiers", commands.evaluate_arguments, commands.evaluate),
-    "rig": ("list the controls of the face, or export it", commands.rig_arguments, commands.rig),
+    "rig": (
+        "list the controls of the face, draw them, or export it",
+        rig_command.arguments,
+        rig_command.run,
+    ),
 }
 
 

@@ -7,67 +7,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addon.files import OutputError, Outputs, check_output
+from addon.console import FACES, Bar, UsageError, distinct, need_bpy, say, usage
+from addon.files import Outputs, check_output
 
 if TYPE_CHECKING:
     from addon.drawing import Drawing
     from classifiers import Detection
-
-FACES = (".glb", ".obj", ".ply", ".blend")
-
-
-class UsageError(ValueError):
-    """A command line that cannot be carried out; the text is one sentence."""
-
-
-def say(sentence: str, status: int) -> int:
-    """One line on stderr, and the exit status passed through."""
-    print(f"sketch2face: {' '.join(sentence.split())}", file=sys.stderr)
-    return status
-
-
-def _usage(call: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-    """Call something that answers wrong arguments with a ValueError of one sentence."""
-    try:
-        return call(*arguments, **named)
-    except (UsageError, OutputError):
-        raise
-    except ValueError as error:
-        raise UsageError(str(error)) from error
-
-
-class Bar:
-    """A progress bar on stderr, if that is a terminal; otherwise nothing. Call it (done, total)."""
-
-    WIDTH = 32
-
-    def __init__(self, label: str) -> None:
-        self.label = label
-        self.shown = sys.stderr.isatty()
-        self._last = ""
-
-    def __call__(self, done: int, total: int) -> None:
-        if not self.shown:
-            return
-        full = self.WIDTH * done // max(total, 1)
-        line = f"\r{self.label} [{'#' * full}{'.' * (self.WIDTH - full)}] {done}/{total}"
-        if line != self._last:
-            self._last = line
-            sys.stderr.write(line)
-            sys.stderr.flush()
-
-    def __enter__(self) -> Bar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._last:
-            sys.stderr.write("\n")
-
 
 # --- fit -----------------------------------------------------------------------------------------
 
@@ -123,18 +72,17 @@ def fit(options: argparse.Namespace) -> int:
 
     sketch = Path(options.sketch)
     face = Path(options.output or f"{sketch.stem or 'face'}.glb")
-    _distinct([sketch, face, options.report, options.preview])
+    distinct([sketch, face, options.report, options.preview])
     check_output(face, FACES)
-    if face.suffix.lower() == ".blend":
-        _need_bpy(face)
+    need_bpy(face)
     if options.report:
         check_output(options.report, (".json",))
     if options.preview:
         check_output(options.preview, (".png",))
     values = {name: getattr(options, name) for name, *_ in describe()}
-    tweakables = _usage(Tweakables, **values)
+    tweakables = usage(Tweakables, **values)
     if options.align is not None:
-        _usage(parse_box, options.align)
+        usage(parse_box, options.align)
 
     from addon import pipeline
 
@@ -190,7 +138,7 @@ def detect(options: argparse.Namespace) -> int:
         if len(options.sketch) > 1:
             raise UsageError("--explain takes a single sketch; call it once for each.")
         check_output(options.explain, (".png",))
-        _distinct([options.sketch[0], options.explain])
+        distinct([options.sketch[0], options.explain])
 
     from addon.drawing import SketchError, load_drawing
     from classifiers import load_detector
@@ -279,7 +227,7 @@ def generate(options: argparse.Namespace) -> int:
     from dataset_gen.generate import generate
 
     with Bar("samples") as bar:
-        shards = _usage(
+        shards = usage(
             generate,
             options.count,
             options.out,
@@ -303,7 +251,7 @@ def train_arguments(parser: argparse.ArgumentParser) -> None:
 def train(options: argparse.Namespace) -> int:
     from classifiers import train
 
-    return _usage(train.run, options) or 0
+    return usage(train.run, options) or 0
 
 
 def evaluate_arguments(parser: argparse.ArgumentParser) -> None:
@@ -315,99 +263,4 @@ def evaluate_arguments(parser: argparse.ArgumentParser) -> None:
 def evaluate(options: argparse.Namespace) -> int:
     from classifiers import evaluate
 
-    return _usage(evaluate.run, options) or 0
-
-
-# --- rig ------------------------------------------------------------------------------------------
-
-
-def rig_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="the controls as one JSON object")
-    parser.add_argument(
-        "-o", "--output", metavar="FACE", help=f"write the rig's face, {', '.join(FACES)}"
-    )
-    parser.add_argument(
-        "--au",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="pose the written face: a control at 0…10, 5 is fully activated (may be repeated)",
-    )
-
-
-def rig(options: argparse.Namespace) -> int:
-    from facs_rig import CONTROLS, IDENTITY, FaceParameters, load_rig
-    from facs_rig.parameters import intensities
-
-    if options.output:
-        face = check_output(options.output, FACES)
-        if face.suffix.lower() == ".blend":
-            _need_bpy(face)
-        from addon.export import write_mesh
-
-        aus = dict(_assignment(text) for text in options.au)
-        _usage(intensities, aus)
-        write_mesh(face, load_rig(), FaceParameters(aus=aus))
-        print(f"written        {face}")
-    elif options.au:
-        raise UsageError("--au poses the face that -o writes; add -o FACE.glb.")
-    elif options.json:
-        table = {
-            "controls": [
-                {
-                    "name": c.name,
-                    "label": c.label,
-                    "region": c.region,
-                    "aus": list(c.aus),
-                    "muscle": c.muscle,
-                    "side": c.side,
-                    "signature": c.signature,
-                }
-                for c in CONTROLS
-            ],
-            "identity": [
-                {
-                    "name": f.name,
-                    "label": f.label,
-                    "minimum": f.minimum,
-                    "maximum": f.maximum,
-                    "default": f.default,
-                }
-                for f in IDENTITY
-            ],
-        }
-        print(json.dumps(table, indent=2))
-    else:
-        print(f"{len(CONTROLS)} controls, each 0 to 10 (5 is a full natural activation):")
-        for control in CONTROLS:
-            units = " ".join(control.aus)
-            print(f"  {control.name:<22}{control.region:<7}{units:<14}{control.label}")
-        print(f"{len(IDENTITY)} identity parameters:")
-        for f in IDENTITY:
-            print(f"  {f.name:<30}{f.minimum:g} to {f.maximum:g}, default {f.default:g}")
-    return 0
-
-
-def _assignment(text: str) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name.strip(), float(value)
-    except ValueError:
-        raise UsageError(f"--au takes NAME=VALUE, such as smile=5, not '{text}'.") from None
-
-
-def _distinct(paths: Sequence[Any]) -> None:
-    seen: set[Path] = set()
-    for path in (Path(path).resolve() for path in paths if path):
-        if path in seen:
-            raise UsageError(f"'{path.name}' is named twice; give every file a name of its own.")
-        seen.add(path)
-
-
-def _need_bpy(face: Path) -> None:
-    from importlib.util import find_spec
-
-    if find_spec("bpy") is None:
-        raise UsageError(
-            f"writing '{face}' needs Blender as a module: pip install 'sketch-to-face[blender]'"
-        )
+    return usage(evaluate.run, options) or 0

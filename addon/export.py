@@ -1,22 +1,46 @@
-"""Writing faces to files: .glb with morph targets, .obj, .ply, .blend."""
+"""Writing faces to files: .glb and .fbx with shape keys, .obj, .ply, .blend.
+
+What each format keeps:
+
+    .glb    the posed face; morph targets: our 47 controls or ARKit's 52, and `neutral`
+    .fbx    the same, by Blender's exporter
+    .obj    the posed face in quads; with `keys` a folder NAME_keys beside it with a face for each
+            shape key, fully on, its vertices in the same order (what sculpting and rigging programs
+            import as blendshapes)
+    .ply    the posed face
+    .blend  the whole posable object with sliders, bones and drivers
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import ctypes
+import io
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.files import Outputs
-from facs_rig import CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from addon.files import OutputError, Outputs
+from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.mesh import vertex_normals
 from facs_rig.paint import vertex_colours
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
 FROM_BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 STILL = 1e-6  # metres: a morph target leaves out vertices that move less
+UNTURNED = 0.01  # and normals that turn less, as a length: half a degree
 FLOAT, UNSIGNED_INT = 5126, 5125
+NAMES = ("ours", "arkit")
+NEUTRAL = "neutral"
+
+Progress = Callable[[int, int], None]
 
 
 def write_mesh(
@@ -24,19 +48,33 @@ def write_mesh(
     rig: FaceRig,
     parameters: FaceParameters,
     offsets: NDArray | None = None,
+    *,
+    names: str = "ours",
+    keys: bool = False,
+    progress: Progress | None = None,
 ) -> None:
     """Write the posed face to `path`, whole or not at all; its ending says how.
 
-    .glb holds the posed, fitted face with one morph target for each of the 47 controls (weight 1
-    is full natural activation, added to what is there) and one named `neutral` that takes the
-    drawn expression away. .obj and .ply hold the shape alone, .blend the whole posable object.
-    Raises ValueError for another ending, or for .blend where Blender's module is missing.
+    offsets : (n, 3) float, metres, the fitted details, upright head
+    names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
+        the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
+        takes the expression away
+    keys : write the folder of shape keys beside an .obj
+    progress : is called with (done, total) where it takes long
+    Raises ValueError for another ending, or where Blender's module is needed and missing.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise ValueError(f"'{path}' has no known ending; use {', '.join(WRITERS)}.")
+    if names not in NAMES:
+        raise ValueError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
+    if keys and suffix != ".obj":
+        raise ValueError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
     with Outputs() as outputs:
-        WRITERS[suffix](outputs.beside(path), rig, parameters, offsets, path.stem)
+        WRITERS[suffix](outputs.beside(path), rig, parameters, offsets, path.stem, names)
+        if keys:
+            targets = morph_targets(rig, parameters, names)
+            _write_folder(key_folder(path), rig, rig.pose(parameters, offsets), targets, progress)
 
 
 def file_to_core(path: Path) -> NDArray[np.float64]:
@@ -44,46 +82,76 @@ def file_to_core(path: Path) -> NDArray[np.float64]:
     return FROM_BLENDER if path.suffix.lower() == ".blend" else np.eye(4)
 
 
+# --- shape keys -----------------------------------------------------------------------------------
+
+
+def morph_targets(
+    rig: FaceRig, parameters: FaceParameters, names: str = "ours"
+) -> dict[str, NDArray[np.float32]]:
+    """Name -> (n, 3) displacement, metres, of the posed face: the keys, then `neutral`.
+
+    Ours are each control alone at full natural activation on this identity, creases included.
+    Files add targets up; what the rig does where controls meet stays in Blender.
+    """
+    who = parameters.identity
+    rest = rig.neutral(who)
+    if names == "arkit":
+        moves = dict(zip(ARKIT_NAMES, rig.arkit_deltas, strict=True))
+    else:
+        full = [FaceParameters({name: FULL_INTENSITY}, who) for name in CONTROL_NAMES]
+        moves = dict(zip(CONTROL_NAMES, rig.pose_batch(full) - rest, strict=True))
+    looking = rig.shape(FaceParameters({}, who, gaze=parameters.gaze))
+    moves[NEUTRAL] = looking - rig.shape(FaceParameters(parameters.aus, who, gaze=parameters.gaze))
+    turned = rig.turn_vectors(np.stack(list(moves.values())), parameters)
+    return dict(zip(moves, turned, strict=True))
+
+
+# --- .ply and .glb --------------------------------------------------------------------------------
+
+
 def _trimesh(rig: FaceRig, parameters: FaceParameters, offsets: NDArray | None):
     import trimesh
 
+    posed = rig.pose(parameters, offsets)
     return trimesh.Trimesh(
-        rig.pose(parameters, offsets),
+        posed,
         rig.triangles,
+        vertex_normals=vertex_normals(posed, rig.triangles, rig.corners),
         vertex_colors=vertex_colours(rig, dict(parameters.identity)),
         process=False,
     )
 
 
-def _write_plain(path: Path, rig, parameters, offsets, name: str) -> None:
-    _trimesh(rig, parameters, offsets).export(path)
+def _write_ply(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+    _trimesh(rig, parameters, offsets).export(path, vertex_normal=False)
 
 
-def _write_glb(path: Path, rig, parameters, offsets, name: str) -> None:
+def _write_glb(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
     from trimesh.exchange.gltf import export_glb
 
     mesh = _trimesh(rig, parameters, offsets)
     mesh.metadata["name"] = name
-    targets = morph_targets(rig, parameters)
-    path.write_bytes(
-        export_glb(
-            mesh, include_normals=True, buffer_postprocessor=_with_targets(targets, rig.n_vertices)
-        )
-    )
+    posed = np.asarray(mesh.vertices, dtype=np.float32)
+    rest = vertex_normals(posed, rig.triangles, rig.corners)
+    targets = {}
+    for key, move in morph_targets(rig, parameters, names).items():
+        # Without turned normals a viewer would light creases as if the skin were still smooth.
+        turned = vertex_normals(posed + move, rig.triangles, rig.corners) - rest
+        targets[key] = {"POSITION": _sparse(move, STILL), "NORMAL": _sparse(turned, UNTURNED)}
+    add = _with_targets(targets, rig.n_vertices)
+    path.write_bytes(export_glb(mesh, include_normals=True, buffer_postprocessor=add))
 
 
-def morph_targets(rig: FaceRig, parameters: FaceParameters) -> dict[str, NDArray[np.float32]]:
-    """Name -> (n, 3) displacement, metres, of the posed face: the controls, then `neutral`."""
-    directions = dict(zip(CONTROL_NAMES, rig.control_deltas, strict=True))
-    expression = np.zeros((rig.n_vertices, 3), dtype=np.float32)
-    for control, intensity in parameters.aus.items():
-        expression += directions[control] * np.float32(intensity / FULL_INTENSITY)
-    directions["neutral"] = -expression
-    turned = rig.turn_vectors(np.stack(list(directions.values())), parameters)
-    return dict(zip(directions, turned, strict=True))
+Sparse = tuple[NDArray[np.uint32], NDArray[np.float32]]
 
 
-def _with_targets(targets: dict[str, NDArray], n: int) -> Callable[[dict, dict], None]:
+def _sparse(values: NDArray, least: float) -> Sparse:
+    """Numbers of the vertices whose values (n, 3) are larger than `least`, and these values."""
+    rows = np.flatnonzero(np.abs(values).max(axis=1) > least).astype(np.uint32)
+    return rows, values[rows].astype(np.float32)
+
+
+def _with_targets(targets: dict[str, dict[str, Sparse]], n: int) -> Callable[[dict, dict], None]:
     """A step of trimesh's glTF export that adds sparse morph targets (glTF 2.0, 3.6.2.3)."""
 
     def add(buffers: dict[Any, bytes], tree: dict[str, Any]) -> None:
@@ -92,54 +160,176 @@ def _with_targets(targets: dict[str, NDArray], n: int) -> Callable[[dict, dict],
             buffers[f"morph{len(buffers)}"] = data + b"\0" * (-len(data) % 4)
             return len(buffers) - 1
 
-        mesh = tree["meshes"][0]
-        mesh["extras"] = {**mesh.get("extras", {}), "targetNames": list(targets)}
-        mesh["weights"] = [0.0] * len(targets)
-        made = []
-        for delta in targets.values():
-            moved = np.flatnonzero(np.abs(delta).max(axis=1) > STILL).astype(np.uint32)
-            values = delta[moved].astype(np.float32)
+        def accessor(rows: NDArray, values: NDArray) -> int:
             bounds = np.vstack([values, np.zeros((1, 3), dtype=np.float32)])
-            accessor: dict[str, Any] = {
+            made: dict[str, Any] = {
                 "componentType": FLOAT,
                 "count": n,
                 "type": "VEC3",
                 "min": bounds.min(axis=0).tolist(),
                 "max": bounds.max(axis=0).tolist(),
             }
-            if len(moved):
-                accessor["sparse"] = {
-                    "count": len(moved),
-                    "indices": {"bufferView": view(moved), "componentType": UNSIGNED_INT},
+            if len(rows):
+                made["sparse"] = {
+                    "count": len(rows),
+                    "indices": {"bufferView": view(rows), "componentType": UNSIGNED_INT},
                     "values": {"bufferView": view(values)},
                 }
-            key = f"morph{len(tree['accessors'])}"
-            tree["accessors"][key] = accessor
-            made.append({"POSITION": len(tree["accessors"]) - 1})
+            tree["accessors"][f"morph{len(tree['accessors'])}"] = made
+            return len(tree["accessors"]) - 1
+
+        mesh = tree["meshes"][0]
+        mesh["extras"] = {**mesh.get("extras", {}), "targetNames": list(targets)}
+        mesh["weights"] = [0.0] * len(targets)
+        made = [{what: accessor(*s) for what, s in t.items()} for t in targets.values()]
         for primitive in mesh["primitives"]:
             primitive["targets"] = made
 
     return add
 
 
-def _write_blend(path: Path, rig, parameters, offsets, name: str) -> None:
+# --- .obj -----------------------------------------------------------------------------------------
+
+
+def _write_obj(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+    posed = rig.pose(parameters, offsets)
+    colours = vertex_colours(rig, dict(parameters.identity))[:, :3] / 255
+    lines = np.concatenate([posed, colours], axis=1)
+    text = ("v %.7f %.7f %.7f %.4f %.4f %.4f\n" * len(lines)) % tuple(lines.ravel().tolist())
+    path.write_text(f"o {name}\n{text}{_obj_faces(rig)}", encoding="utf-8")
+
+
+def _obj_faces(rig: FaceRig) -> str:
+    """The polygons as they are, quads where the rig has quads, grouped by part."""
+    corners = (np.asarray(rig.polygon_vertices) + 1).tolist()
+    starts = np.asarray(rig.polygon_starts)
+    starts = starts[starts < len(corners)]
+    ends = np.append(starts[1:], len(corners))
+    part = rig.vertex_part[rig.polygon_vertices[starts]]
+    out = []
+    for number, group in enumerate(rig.part_names):
+        mine = np.flatnonzero(part == number)
+        if len(mine):
+            out.append(f"g {group}\n")
+            spans = zip(starts[mine].tolist(), ends[mine].tolist(), strict=True)
+            out += [f"f {' '.join(map(str, corners[a:b]))}\n" for a, b in spans]
+    return "".join(out)
+
+
+def key_folder(path: Path) -> Path:
+    """Where the shape keys of an .obj stand: FACE.obj has FACE_keys beside it."""
+    return path.with_name(f"{path.stem}_keys")
+
+
+def _write_folder(
+    folder: Path, rig: FaceRig, posed: NDArray, targets: dict[str, NDArray], progress
+) -> None:
+    """A face for each shape key, fully on, in a folder that appears whole or not at all."""
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"'{folder}' is a file; the shape keys need a folder of that name.")
+    if folder.is_dir() and any(p.suffix != ".obj" or p.is_dir() for p in folder.iterdir()):
+        raise OutputError(f"The folder '{folder}' holds other files than .obj; move it away.")
+    faces = _obj_faces(rig)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as work:
+        new, old = Path(work) / "new", Path(work) / "old"
+        new.mkdir()
+        for done, (name, move) in enumerate(targets.items(), 1):
+            flat = tuple((posed + move).ravel().tolist())
+            text = ("v %.7f %.7f %.7f\n" * len(posed)) % flat
+            (new / f"{name}.obj").write_text(f"o {name}\n{text}{faces}", encoding="utf-8")
+            if progress:
+                progress(done, len(targets))
+        if folder.is_dir():
+            os.replace(folder, old)
+        try:
+            os.replace(new, folder)
+        except OSError:
+            if old.is_dir():
+                shutil.move(old, folder)
+            raise
+
+
+# --- by Blender -----------------------------------------------------------------------------------
+
+
+def _blender(suffix: str):
     try:
         import bpy
     except ImportError:
         raise ValueError(
-            "Writing .blend needs Blender's Python module: pip install bpy, or write .glb."
+            f"Writing {suffix} needs Blender's Python module: pip install bpy, or write .glb."
         ) from None
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Blender's chat, printed by C, out of our standard output."""
+    try:
+        flush = ctypes.CDLL(None).fflush  # C has a buffer of its own
+    except (OSError, TypeError, AttributeError):  # not on this system: then it may chat
+        yield
+        return
+    sys.stdout.flush()
+    ours = os.dup(1)
+    with open(os.devnull, "w") as nothing:
+        os.dup2(nothing.fileno(), 1)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        flush(None)
+        os.dup2(ours, 1)
+        os.close(ours)
+
+
+def _write_blend(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+    bpy = _blender(".blend")
     from facs_rig.blender import build_face
 
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    build_face(name, rig, parameters, offsets)
+    build_face(name, rig, parameters, offsets, arkit=names == "arkit")
     bpy.context.preferences.filepaths.save_version = 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
+    with _quiet():
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
+
+
+def _write_fbx(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+    """The mesh with materials and plain shape keys: other programs know no drivers."""
+    bpy = _blender(".fbx")
+    from facs_rig.blender import build_face, to_blender
+
+    face = build_face(name, rig, FaceParameters({}, parameters.identity))
+    others = [o for o in bpy.data.objects if o != face]
+    face.parent = None
+    face.modifiers.clear()
+    face.shape_key_clear()
+    face.animation_data_clear()
+    bpy.data.batch_remove(others)
+    posed = to_blender(rig.pose(parameters, offsets))
+    face.data.vertices.foreach_set("co", posed.ravel())
+    face.data.update()
+    face.shape_key_add(name="Basis", from_mix=False)
+    for key, move in morph_targets(rig, parameters, names).items():
+        block = face.shape_key_add(name=key, from_mix=False)
+        points = np.ascontiguousarray(posed + to_blender(move), dtype=np.float32)
+        block.data.foreach_set("co", points.ravel())
+        block.value = 0.0
+    with _quiet():
+        bpy.ops.export_scene.fbx(
+            filepath=str(path),
+            object_types={"MESH"},
+            apply_scale_options="FBX_SCALE_ALL",  # metres, said in the file, and no scaled object
+            bake_space_transform=True,  # y up in the vertices themselves
+            mesh_smooth_type="OFF",
+            bake_anim=False,
+        )
 
 
 WRITERS: dict[str, Callable] = {
     ".glb": _write_glb,
-    ".obj": _write_plain,
-    ".ply": _write_plain,
+    ".fbx": _write_fbx,
+    ".obj": _write_obj,
+    ".ply": _write_ply,
     ".blend": _write_blend,
 }

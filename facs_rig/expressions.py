@@ -42,15 +42,20 @@ WIDEST = {"head": 180.0, "neck": 180.0, "gaze": 60.0}
 
 def dumps(parameters: FaceParameters) -> str:
     """The text of an expression file. ValueError (one sentence) for what no face can do."""
-    plain = parameters.to_json()
-    content: dict[str, Any] = {"format": FORMAT, "version": VERSION}
+    content = check(parameters)
+    return json.dumps({"format": FORMAT, "version": VERSION, **content}, indent=2) + "\n"
+
+
+def check(parameters: FaceParameters) -> dict[str, dict[str, float]]:
+    """The plain content of a file; ValueError (one sentence) for what no face can do."""
+    plain, content = parameters.to_json(), {}
     content["aus"] = {name: _number(name, value) for name, value in plain["aus"].items()}
     for part in TURNS:
         content[part] = {a: _number(f"{part} {a}", v) for a, v in plain[part].items()}
     if plain["identity"]:
         content["identity"] = {n: _number(n, v) for n, v in plain["identity"].items()}
     _checked(content)
-    return json.dumps(content, indent=2) + "\n"
+    return content
 
 
 def loads(text: str) -> FaceParameters:

@@ -1,15 +1,23 @@
-"""Files of faces, read back by other programs' readers."""
+"""Files of faces, read back by other programs' readers.
+
+Each comes back through a reader that is not ours: the shape, the names of the shape keys, their
+number, and how far each moves every vertex.
+"""
 
 import json
 import struct
+import sys
 
 import numpy as np
 import pytest
 import trimesh
 
-from addon.export import file_to_core, morph_targets, write_mesh
-from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
+from addon.export import file_to_core, key_folder, morph_targets, write_mesh
+from addon.files import OutputError
+from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters, load_rig
+from facs_rig.mesh import vertex_normals
 
+NAMES = {"ours": (*CONTROL_NAMES, "neutral"), "arkit": (*ARKIT_NAMES, "neutral")}
 FACE = FaceParameters({"smile": 4.0, "squint": 2.0}, {"age": 0.5}, (0.3, 0.1, -0.05))
 
 
@@ -68,11 +76,31 @@ def test_morph_targets_pose_the_written_face(tmp_path, offsets):
     (primitive,) = mesh["primitives"]
     targets = {n: accessor(tree, blob, t["POSITION"])
                for n, t in zip(names, primitive["targets"], strict=True)}  # fmt: skip
+    for name, target in targets.items():
+        np.testing.assert_allclose(target, morph_targets(rig, FACE)[name], atol=1e-6)
     posed = rig.pose(FACE, offsets)
-    more = FaceParameters({**FACE.aus, "jaw_open": 5.0}, FACE.identity, FACE.head)
-    np.testing.assert_allclose(posed + targets["jaw_open"], rig.pose(more, offsets), atol=5e-6)
+    more = FaceParameters({**FACE.aus, "nostril_flare": 5.0}, FACE.identity, FACE.head)
+    np.testing.assert_allclose(posed + targets["nostril_flare"], rig.pose(more, offsets), atol=5e-6)
     rest = FaceParameters({}, FACE.identity, FACE.head)
     np.testing.assert_allclose(posed + targets["neutral"], rig.pose(rest, offsets), atol=5e-6)
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_morph_targets_turn_the_light(tmp_path, names):
+    path = tmp_path / "face.glb"
+    rig = load_rig()
+    write_mesh(path, rig, FACE, names=names)
+    tree, blob = glb(path)
+    mesh = tree["meshes"][0]
+    assert mesh["extras"]["targetNames"] == list(NAMES[names])
+    posed = rig.pose(FACE)
+    rest = vertex_normals(posed, rig.triangles, rig.corners)
+    moves = morph_targets(rig, FACE, names)
+    for name in ("jawOpen",) if names == "arkit" else ("frontalis", "smile"):
+        target = mesh["primitives"][0]["targets"][NAMES[names].index(name)]
+        turned = vertex_normals(posed + moves[name], rig.triangles, rig.corners)
+        assert np.abs(turned - rest).max() > 0.3  # creases: it matters
+        np.testing.assert_allclose(rest + accessor(tree, blob, target["NORMAL"]), turned, atol=0.02)
 
 
 def test_targets_of_a_face_at_rest():
@@ -85,7 +113,11 @@ def test_targets_of_a_face_at_rest():
 
 def test_unknown_endings_are_refused(tmp_path):
     with pytest.raises(ValueError, match="no known ending; use .glb"):
-        write_mesh(tmp_path / "face.fbx", load_rig(), FACE)
+        write_mesh(tmp_path / "face.stl", load_rig(), FACE)
+    with pytest.raises(ValueError, match="named ours or arkit, not 'vrm'"):
+        write_mesh(tmp_path / "face.glb", load_rig(), FACE, names="vrm")
+    with pytest.raises(ValueError, match="goes with .obj, not with 'face.ply'"):
+        write_mesh(tmp_path / "face.ply", load_rig(), FACE, keys=True)
     assert not list(tmp_path.iterdir())
 
 
@@ -113,3 +145,139 @@ def test_blend_holds_the_face_in_blenders_axes(tmp_path, offsets):
     core = (points @ file_to_core(path).T)[:, :3]
     np.testing.assert_allclose(core, load_rig().pose(FACE, offsets), atol=1e-5)
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+# --- shape keys, read back -----------------------------------------------------------------------
+
+
+def test_targets_of_an_identity_are_its_own():
+    rig, who = load_rig(), {"age": 1.0, "gender": 1.0, "wrinkles": 0.5}
+    old, plain = (morph_targets(rig, FaceParameters({}, i))["frontalis"] for i in (who, {}))
+    np.testing.assert_allclose(
+        rig.neutral(who) + old, rig.pose(FaceParameters({"frontalis": 5.0}, who)), atol=1e-6
+    )
+    assert np.abs(old - plain).max() > 1e-4  # deeper worry lines
+
+
+def test_an_obj_has_the_rigs_quads(tmp_path):
+    path = tmp_path / "face.obj"
+    write_mesh(path, load_rig(), FACE)
+    corners = [len(line.split()) - 1 for line in path.read_text().splitlines() if line[:2] == "f "]
+    starts = load_rig().polygon_starts
+    assert len(corners) == (starts < len(load_rig().polygon_vertices)).sum()
+    assert sum(n == 4 for n in corners) > len(corners) / 2
+    assert {3, 4} >= set(corners)
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_an_obj_has_a_face_for_each_key(tmp_path, offsets, names):
+    rig, path = load_rig(), tmp_path / "face.obj"
+    key_folder(path).mkdir()
+    (key_folder(path) / "older.obj").write_text("v 0 0 0\n")
+    seen = []
+    write_mesh(path, rig, FACE, offsets, names=names, keys=True,
+               progress=lambda *at: seen.append(at))  # fmt: skip
+    assert seen[-1] == (len(NAMES[names]),) * 2
+    assert {p.name for p in tmp_path.iterdir()} == {"face.obj", "face_keys"}
+    assert {p.name for p in key_folder(path).iterdir()} == {f"{n}.obj" for n in NAMES[names]}
+    targets = morph_targets(rig, FACE, names)
+    base = trimesh.load(path, force="mesh", process=False)
+    for name in list(NAMES[names])[::9] + ["neutral"]:
+        mesh = trimesh.load(key_folder(path) / f"{name}.obj", force="mesh", process=False)
+        np.testing.assert_array_equal(mesh.faces, base.faces)
+        np.testing.assert_allclose(mesh.vertices - base.vertices, targets[name], atol=1e-6)
+
+
+def test_a_folder_with_something_else_in_it_is_left_alone(tmp_path):
+    path = tmp_path / "face.obj"
+    key_folder(path).mkdir()
+    (key_folder(path) / "thesis.txt").write_text("the only copy")
+    with pytest.raises(OutputError, match="holds other files than .obj; move it away"):
+        write_mesh(path, load_rig(), FACE, keys=True)
+    assert {p.name for p in tmp_path.iterdir()} == {"face_keys"}
+    assert (key_folder(path) / "thesis.txt").read_text() == "the only copy"
+
+
+def blocks(bpy, keys) -> dict[str, np.ndarray]:
+    """Shape key -> (n, 3) displacement from the basis, in the object's space."""
+    out = {}
+    for key in keys:
+        flat = np.empty(3 * len(key.data), np.float32)
+        key.data.foreach_get("co", flat)
+        out[key.name] = flat.reshape(-1, 3)
+    basis = out.pop("Basis")
+    return {name: points - basis for name, points in out.items()}
+
+
+def core(vectors: np.ndarray, world) -> np.ndarray:
+    """Vectors of a Blender object in the rig's axes."""
+    turned = vectors @ np.array(world)[:3, :3].T
+    return np.stack([turned[:, 0], turned[:, 2], -turned[:, 1]], axis=1)
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".fbx"])
+@pytest.mark.parametrize("names", NAMES)
+def test_blender_reads_the_keys_back(tmp_path, offsets, suffix, names, capfd):
+    bpy = pytest.importorskip("bpy")
+    rig, path = load_rig(), tmp_path / f"face{suffix}"
+    write_mesh(path, rig, FACE, offsets, names=names)
+    assert capfd.readouterr().out == ""  # Blender's exporters would chat
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    if suffix == ".glb":
+        bpy.ops.import_scene.gltf(filepath=str(path), import_shading="SMOOTH")
+    else:
+        bpy.ops.import_scene.fbx(filepath=str(path))
+    (face,) = bpy.data.objects
+    keys = face.data.shape_keys.key_blocks
+    assert [key.name for key in keys[1:]] == list(NAMES[names])
+    assert not any(key.value for key in keys[1:])
+    moved = blocks(bpy, keys)
+    assert len(next(iter(moved.values()))) == rig.n_vertices
+    for name, delta in morph_targets(rig, FACE, names).items():
+        np.testing.assert_allclose(core(moved[name], face.matrix_world), delta, atol=2e-6)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def test_an_fbx_holds_the_rigs_own_coordinates(tmp_path, offsets):
+    """Metres and y up, in the numbers of the file: a fit's projection is true of them."""
+    pytest.importorskip("bpy")
+    from io_scene_fbx import parse_fbx
+
+    path = tmp_path / "face.fbx"
+    write_mesh(path, load_rig(), FACE, offsets)
+    tree, _ = parse_fbx.parse(str(path))
+
+    def child(parent, name):
+        return next(e for e in parent.elems if e.id == name)
+
+    vertices = np.array(child(child(child(tree, b"Objects"), b"Geometry"), b"Vertices").props[0])
+    posed = load_rig().pose(FACE, offsets)
+    np.testing.assert_allclose(vertices.reshape(-1, 3), posed, atol=1e-6)
+    np.testing.assert_array_equal(file_to_core(path), np.eye(4))
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_a_blend_keeps_every_key_of_the_rig(tmp_path, names, capfd):
+    bpy = pytest.importorskip("bpy")
+    rig, path = load_rig(), tmp_path / "face.blend"
+    write_mesh(path, rig, FaceParameters(), names=names)
+    assert capfd.readouterr().out == ""
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    (face,) = [o for o in bpy.data.objects if o.type == "MESH" and o.data.shape_keys]
+    moved = blocks(bpy, face.data.shape_keys.key_blocks)
+    wanted = dict(zip([key.name for key in rig.keys], rig.key_deltas, strict=True))
+    if names == "arkit":
+        wanted |= dict(zip(ARKIT_NAMES, rig.arkit_deltas, strict=True))
+    assert set(moved) == set(wanted)
+    for name, delta in wanted.items():
+        np.testing.assert_allclose(core(moved[name], np.eye(4)), delta, atol=1e-6)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.mark.parametrize("suffix", [".fbx", ".blend"])
+def test_without_blender_the_way_out_is_named(tmp_path, monkeypatch, suffix):
+    monkeypatch.setitem(sys.modules, "bpy", None)
+    with pytest.raises(ValueError, match=f"Writing {suffix} needs Blender's Python module"):
+        write_mesh(tmp_path / f"face{suffix}", load_rig(), FACE)
+    assert not list(tmp_path.iterdir())

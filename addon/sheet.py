@@ -1,0 +1,245 @@
+"""Contact sheets: controls of the face at rest, half and full, shaded and drawn, with captions.
+
+The command ``sketch2face rig --sheet`` and the pictures of the documentation are made of these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from addon.preview import PAPER, paint
+from dataset_gen import Style, draw_strokes, ink
+from facs_rig import CONTROL_NAMES, CONTROLS, Camera, FaceParameters, FaceRig, landmark_points
+from facs_rig.rotation import rotation
+
+Picture = NDArray[np.uint8]  # (h, w, 3)
+
+LEVELS = (0.0, 2.5, 5.0)
+KINDS = ("shaded", "drawn")
+VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned
+REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
+SIZE = 160  # pixels, the height of a face
+WIDTH = 0.8  # of a face's picture, as a share of its height
+SMALLEST, LARGEST = 48, 1024
+# The close-up: from the hairline to under an open mouth, as shares of forehead to chin.
+ABOVE, BELOW = 0.2, 0.2
+INK, GREY = "#202020", "#707070"
+PAGE_RATIO = 1.2  # height to width that a sheet tries to have
+
+
+# --- one face -------------------------------------------------------------------------------------
+
+
+def seen_from(vertices: NDArray, view: str) -> NDArray[np.float32]:
+    """Vertices (n, 3) of the whole head turned stiffly, so that a camera sees it from `view`."""
+    turning = rotation((np.radians(VIEWS[view]), 0.0, 0.0))
+    return (np.asarray(vertices) @ turning.T).astype(np.float32)
+
+
+def close_up(
+    rig: FaceRig, view: str = "front", size: int = SIZE, identity: Mapping[str, float] | None = None
+) -> Camera:
+    """A camera that fills a picture of `size` pixels' height with the face, without the crown."""
+    neutral = rig.neutral(identity)
+    place = landmark_points(rig, neutral)
+    top, bottom = place["forehead"][1], place["chin"][1]
+    height = top - bottom
+    top, bottom = top + ABOVE * height, bottom - BELOW * height
+    turned = seen_from(neutral, view)
+    x = turned[(neutral[:, 1] > place["chin"][1]) & (neutral[:, 1] < place["forehead"][1])][:, 0]
+    pixels = size / (top - bottom)
+    width = round(WIDTH * size)
+    centre = (width / 2 - pixels * (x.min() + x.max()) / 2, pixels * top)
+    return Camera(width, size, (pixels, pixels), (float(centre[0]), float(centre[1])))
+
+
+def whole_head(
+    rig: FaceRig, people: Sequence[Mapping[str, float]], size: int, view: str = "front"
+) -> Camera:
+    """One camera for the whole heads of several people, so that their sizes can be compared."""
+    heads = [rig.neutral(who) for who in people]
+    cut = [head[head[:, 1] > landmark_points(rig, head)["chin"][1] - 0.03] for head in heads]
+    points = seen_from(np.concatenate(cut), view)
+    return Camera.framing(points, round(WIDTH * size), size, 0.02)
+
+
+def face_picture(
+    rig: FaceRig, parameters: FaceParameters, camera: Camera, kind: str, view: str = "front"
+) -> Picture:
+    """(h, w, 3) a posed face, `shaded` or `drawn`, on the colour of paper."""
+    vertices = seen_from(rig.pose(parameters), view)
+    if kind == "shaded":
+        return paint(rig, vertices, camera, dict(parameters.identity))
+    strokes = draw_strokes(rig, vertices, camera, detail=1)
+    style = Style(width=max(1.0, 0.35 + 0.0055 * camera.height))
+    lines = ink(strokes, camera.width, camera.height, style)
+    return np.repeat(np.minimum(lines, PAPER)[:, :, None], 3, axis=2)
+
+
+# --- pages ----------------------------------------------------------------------------------------
+
+
+def font(size: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)
+
+
+def blank(width: int, height: int) -> Picture:
+    return np.full((height, width, 3), PAPER, dtype=np.uint8)
+
+
+def text_line(
+    width: int, parts: Sequence[tuple[str, str]], size: float, height: int | None = None
+) -> Picture:
+    """A line of text (h, width, 3), made of (text, colour) parts, cut with an ellipsis to fit."""
+    height = height or round(1.45 * size)
+    page = Image.fromarray(blank(width, height))
+    draw, letters = ImageDraw.Draw(page), font(size)
+    x = 0.0
+    for text, colour in parts:
+        shown = _fitting(draw, text, letters, width - x)
+        draw.text((x, height / 2), shown, fill=colour, font=letters, anchor="lm")
+        x += draw.textlength(text, font=letters)
+    return np.asarray(page)
+
+
+def _fitting(draw: ImageDraw.ImageDraw, text: str, letters, room: float) -> str:
+    """As much of a text as there is room for, with an ellipsis if it is cut."""
+    if draw.textlength(text, font=letters) <= room:
+        return text
+    while text and draw.textlength(text + "…", font=letters) > room:
+        text = text[:-1]
+    return text.rstrip(" ,") + "…" if text else ""
+
+
+def captioned(picture: Picture, text: str, size: float = 13) -> Picture:
+    """A picture with a centred line of text under it."""
+    page = Image.fromarray(blank(picture.shape[1], round(1.6 * size)))
+    draw = ImageDraw.Draw(page)
+    place = (page.width / 2, page.height / 2)
+    letters = font(size)
+    while draw.textlength(text, font=letters) > page.width and size > 7:
+        size -= 1
+        letters = font(size)
+    draw.text(place, text, fill=INK, font=letters, anchor="mm")
+    return np.concatenate([picture, np.asarray(page)])
+
+
+def grid(pictures: Sequence[Picture], columns: int, gap: int = 0) -> Picture:
+    """Pictures of one size in rows of `columns`, `gap` pixels apart."""
+    padded = [np.pad(p, ((0, gap), (0, gap), (0, 0)), constant_values=PAPER) for p in pictures]
+    padded += [np.full_like(padded[0], PAPER)] * (-len(padded) % columns)
+    rows = [np.concatenate(padded[k : k + columns], 1) for k in range(0, len(padded), columns)]
+    page = np.concatenate(rows)
+    return page[: page.shape[0] - gap, : page.shape[1] - gap]
+
+
+def stack(pictures: Sequence[Picture], gap: int = 0) -> Picture:
+    """Pictures of any width under each other."""
+    width = max(p.shape[1] for p in pictures)
+    rows = [np.pad(p, ((0, gap), (0, width - p.shape[1]), (0, 0)), constant_values=PAPER)
+            for p in pictures]  # fmt: skip
+    return np.concatenate(rows)
+
+
+def paletted(picture: Picture) -> Image.Image:
+    """The picture with 256 colours of its own: a third of the bytes, and no eye sees it."""
+    return Image.fromarray(picture).quantize(256, dither=Image.Dither.NONE)
+
+
+# --- the contact sheet ----------------------------------------------------------------------------
+
+
+def contact_sheet(
+    rig: FaceRig,
+    names: Sequence[str] = CONTROL_NAMES,
+    *,
+    kinds: Sequence[str] = KINDS,
+    view: str = "front",
+    size: int = SIZE,
+    identity: Mapping[str, float] | None = None,
+    columns: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Picture:
+    """(h, w, 3) controls at LEVELS, in groups, each with its name, action units and signature.
+
+    names : controls, in any order;  kinds : rows of each control;  size : pixels, a face's height
+    identity : who wears the expressions;  columns : controls beside each other (chosen if None)
+    Raises ValueError for unknown names, kinds, views and sizes.
+    """
+    _check(names, kinds, view, size)
+    who = dict(identity or {})
+    camera = close_up(rig, view, size, who)
+    work, done = len(kinds) * (1 + (len(LEVELS) - 1) * len(names)), 0
+
+    def picture(aus: Mapping[str, float], kind: str) -> Picture:
+        nonlocal done
+        made = face_picture(rig, FaceParameters(aus, who), camera, kind, view)
+        done += 1
+        if progress:
+            progress(done, work)
+        return made
+
+    rest = {kind: picture({}, kind) for kind in kinds}
+    chosen = [control for control in CONTROLS if control.name in names]
+    gap = max(8, size // 10)
+    groups = {}
+    for region, title in REGIONS.items():
+        blocks = []
+        for control in (c for c in chosen if c.region == region):
+            rows = []
+            for kind in kinds:
+                levels = [picture({control.name: v}, kind) if v else rest[kind] for v in LEVELS]
+                rows.append(np.concatenate(levels, axis=1))
+            blocks.append(np.concatenate([_heading(control, rows[0].shape[1], size), *rows]))
+        if blocks:
+            groups[title] = blocks
+    columns = columns or _columns([len(b) for b in groups.values()], next(iter(groups.values()))[0])
+    letters = max(13.0, size / 8)
+    pages = []
+    for title, blocks in groups.items():
+        page = grid(blocks, min(columns, max(len(b) for b in groups.values())), gap)
+        plural = "s" if len(blocks) > 1 else ""
+        about = f"   {len(blocks)} control{plural} at {', '.join(f'{v:g}' for v in LEVELS)}"
+        line = text_line(page.shape[1], [(title, INK), (about, GREY)], letters)
+        pages.append(stack([line, page], gap // 2))
+    return np.pad(stack(pages, gap), ((gap, 0), (gap, gap), (0, 0)), constant_values=PAPER)
+
+
+def _check(names: Sequence[str], kinds: Sequence[str], view: str, size: int) -> None:
+    from facs_rig.parameters import intensities
+
+    intensities(dict.fromkeys(names, 0.0))
+    if not names:
+        raise ValueError("a contact sheet needs at least one control")
+    for kind in kinds:
+        if kind not in KINDS:
+            raise ValueError(f"a face can be {' or '.join(KINDS)}, not '{kind}'")
+    if view not in VIEWS:
+        raise ValueError(f"there is no view '{view}'; choose from {', '.join(VIEWS)}")
+    if not SMALLEST <= size <= LARGEST:
+        raise ValueError(f"the size of a face is {SMALLEST} to {LARGEST} pixels, not {size}")
+
+
+def _heading(control, width: int, size: int) -> Picture:
+    """Two lines over a control's pictures: what it is called, and what it looks like."""
+    letters = max(10.0, size / 11)
+    units = f"AU {'+'.join(control.aus)}"
+    name = [(control.label, INK), (f"   {control.name}   {units}", GREY)]
+    about = [(control.signature, GREY)]
+    return np.concatenate(
+        [text_line(width, name, letters), text_line(width, about, 0.85 * letters)]
+    )
+
+
+def _columns(counts: Sequence[int], block: Picture) -> int:
+    """How many blocks beside each other bring the page closest to PAGE_RATIO."""
+    height, width = block.shape[:2]
+
+    def ratio(columns: int) -> float:
+        return sum(-(-n // columns) for n in counts) * height / (columns * width)
+
+    return min(range(1, max(counts) + 1), key=lambda c: abs(np.log(ratio(c) / PAGE_RATIO)))
