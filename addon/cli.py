@@ -77,9 +77,10 @@ def _mendable(error: Exception) -> str:
         return f"this needs {error.name}; install it with: pip install 'sketch-to-face[{extra}]'"
     if isinstance(error, UsageError | OutputError):
         return str(error)
-    drawing = sys.modules.get("addon.drawing")  # not imported: then it raised nothing either
-    if drawing and isinstance(error, drawing.SketchError):
-        return str(error)
+    # A module that was never imported raised nothing either.
+    for module, kind in (("addon.drawing", "SketchError"), ("facs_rig.rig", "AssetError")):
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind)):
+            return str(error)
     return ""
 
 

@@ -100,7 +100,7 @@ def text_line(
     draw, letters = ImageDraw.Draw(page), font(size)
     x = 0.0
     for text, colour in parts:
-        shown = _fitting(draw, text, letters, width - x)
+        shown = _fitting(draw, text, letters, width - x - 3)
         draw.text((x, height / 2), shown, fill=colour, font=letters, anchor="lm")
         x += draw.textlength(text, font=letters)
     return np.asarray(page)

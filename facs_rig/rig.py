@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +23,10 @@ from .subdivide import triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
 JOINTS = ("head", "neck", "eye_left", "eye_right", "jaw")
+
+
+class AssetError(ValueError):
+    """The baked head cannot be read; the text is one sentence."""
 
 
 class FaceRig:
@@ -286,9 +292,14 @@ def _compressed(
 
 @lru_cache(maxsize=1)
 def load_rig(path: Path = ASSET) -> FaceRig:
-    """The rig that ships with the package, read once."""
-    with np.load(path) as arrays:
-        return FaceRig(dict(arrays))
+    """The rig that ships with the package, read once. AssetError if the file is damaged."""
+    try:
+        with open(path, "rb") as file, np.load(file) as arrays:
+            return FaceRig(dict(arrays))
+    except (OSError, EOFError, SyntaxError, ValueError, LookupError, BadZipFile, zlib.error):
+        raise AssetError(
+            f"the rig's data file '{path}' is damaged; install again or `make bake`"
+        ) from None
 
 
 def landmark_points(rig: FaceRig, vertices: NDArray) -> dict[str, NDArray]:
