@@ -1,9 +1,9 @@
-"""Make every picture of the documentation anew, but the photograph of Blender's window.
+"""Make every picture of the documentation anew, but the photographs of Blender's window.
 
     make pictures
     python docs/pictures.py controls drawings      # some of them
 
-The window's photograph comes from `tests/blender/window` (see docs/development.md).
+The photographs come from `tests/blender/window` (see docs/development.md).
 """
 
 from __future__ import annotations
@@ -13,46 +13,57 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from addon import pipeline
-from addon.preview import paint
+from addon.sheet import (
+    KINDS,
+    PAPER,
+    VIEWS,
+    captioned,
+    close_up,
+    contact_sheet,
+    face_picture,
+    grid,
+    paletted,
+    whole_head,
+)
 from dataset_gen import Style, draw_strokes, ink
 from dataset_gen.generate import make_sample
-from facs_rig import CONTROLS, DETECTED, Camera, FaceParameters, load_rig
+from facs_rig import (
+    CONTROL_NAMES,
+    CONTROLS,
+    DETECTED,
+    FULL_INTENSITY,
+    Camera,
+    FaceParameters,
+    landmark_points,
+    load_rig,
+)
+from facs_rig.expressions import random_expression
+from facs_rig.identity import FEATURES
 from snakes import head_box
 
 IMAGES = Path(__file__).parent / "images"
 SKETCHES = Path(pipeline.__file__).parent / "sketches"
-CAPTION = 18  # pixels
+Picture = NDArray[np.uint8]
 
 
-def captioned(picture: NDArray, text: str) -> NDArray:
-    """A picture (h, w) or (h, w, 3) with a line of text under it, as (h, w, 3)."""
-    if picture.ndim == 2:
-        picture = np.repeat(picture[:, :, None], 3, axis=2)
-    page = Image.new("RGB", (picture.shape[1], picture.shape[0] + CAPTION), "white")
-    page.paste(Image.fromarray(picture), (0, 0))
-    draw = ImageDraw.Draw(page)
-    font = ImageFont.load_default(12)
-    width = draw.textlength(text, font=font)
-    place = ((page.width - width) / 2, picture.shape[0])
-    draw.text(place, text, fill="black", font=font)
-    return np.asarray(page)
+def coloured(picture: NDArray) -> Picture:
+    """A grey picture (h, w) as (h, w, 3)."""
+    return np.repeat(picture[:, :, None], 3, axis=2) if picture.ndim == 2 else picture
 
 
-def sheet(pictures: list[NDArray], columns: int) -> NDArray:
+def sheet(pictures: list[NDArray], columns: int) -> Picture:
     """Pictures of one size in rows of `columns`."""
-    blank = np.full_like(pictures[0], 255)
-    pictures = pictures + [blank] * (-len(pictures) % columns)
-    rows = [np.concatenate(pictures[k : k + columns], 1) for k in range(0, len(pictures), columns)]
-    return np.concatenate(rows)
+    return grid([coloured(picture) for picture in pictures], columns)
 
 
-def save(name: str, picture: NDArray) -> None:
+def save(name: str, picture: Picture) -> None:
     IMAGES.mkdir(exist_ok=True)
-    Image.fromarray(picture).save(IMAGES / name, optimize=True)
-    print(f"docs/images/{name}  {picture.shape[1]}x{picture.shape[0]}")
+    paletted(picture).save(IMAGES / name, optimize=True)
+    kilobytes = (IMAGES / name).stat().st_size / 1000
+    print(f"docs/images/{name}  {picture.shape[1]}x{picture.shape[0]}, {kilobytes:.0f} kB")
 
 
 def portrait(size: int) -> Camera:
@@ -63,13 +74,14 @@ def portrait(size: int) -> Camera:
 
 def controls() -> None:
     """All 47 controls at full natural activation, and at rest."""
-    rig, camera = load_rig(), portrait(180)
-    pictures = [captioned(paint(rig, rig.pose(FaceParameters()), camera), "at rest")]
+    rig, camera = load_rig(), close_up(load_rig(), size=200)
+    at_rest = face_picture(rig, FaceParameters(), camera, "shaded")
+    pictures = [captioned(at_rest, "at rest")]
     for control in CONTROLS:
-        posed = rig.pose(FaceParameters({control.name: 5.0}))
+        face = FaceParameters({control.name: FULL_INTENSITY})
         text = f"{control.name} ({'+'.join(control.aus)})"
-        pictures.append(captioned(paint(rig, posed, camera), text))
-    save("controls.png", sheet(pictures, 8))
+        pictures.append(captioned(face_picture(rig, face, camera, "shaded"), text))
+    save("controls.png", grid(pictures, 8))
 
 
 def creases() -> None:
@@ -79,29 +91,204 @@ def creases() -> None:
     for name in ("", *DETECTED):
         posed = rig.pose(FaceParameters({name: 5.0} if name else {}))
         picture = ink(draw_strokes(rig, posed, camera, 1), 256, 256)
-        pictures.append(captioned(picture, name or "at rest"))
+        pictures.append(captioned(coloured(picture), name or "at rest"))
     posed = rig.pose(FaceParameters({"smile": 5.0, "squint": 3.0}, {"age": 0.9}, (0.6, 0.1, 0.0)))
-    pictures.append(captioned(ink(draw_strokes(rig, posed, camera, 1), 256, 256), "old, turned"))
+    picture = ink(draw_strokes(rig, posed, camera, 1), 256, 256)
+    pictures.append(captioned(coloured(picture), "old, turned"))
     save("creases.png", sheet(pictures, 7))
+
+
+# --- the face (docs/face.md) ---------------------------------------------------------------------
+
+# Sheets of some twelve controls each, so that every one can be read.
+SHEETS = {
+    "upper": [c.name for c in CONTROLS if c.region == "upper"],
+    "mid": [c.name for c in CONTROLS if c.region == "mid"],
+    "mouth": [c.name for c in CONTROLS if c.region == "lower"][:11],
+    "lips_jaw": [c.name for c in CONTROLS if c.region == "lower"][11:],
+}
+
+
+def contact_sheets() -> None:
+    """Every control at 0, 2.5 and 5, shaded and drawn, from the front and in three quarters."""
+    assert sorted(name for names in SHEETS.values() for name in names) == sorted(CONTROL_NAMES)
+    for title, names in SHEETS.items():
+        for view in VIEWS:
+            picture = contact_sheet(load_rig(), names, view=view, size=200, columns=3)
+            save(f"face_{title}_{view.replace('-', '_')}.png", picture)
+
+
+PAIRS = (
+    ("frontalis", "medialis_frontalis"),
+    ("squint", "outer_squint"),
+    ("wince", "sneer"),
+    ("grimace", "smile"),
+)
+
+
+def pairs() -> None:
+    """The thesis' subtle pairs, drawn at 256 px."""
+    rig, camera = load_rig(), portrait(256)
+    blocks = []
+    for pair in PAIRS:
+        faces = []
+        for name in pair:
+            posed = rig.pose(FaceParameters({name: FULL_INTENSITY}))
+            lines = ink(draw_strokes(rig, posed, camera, 1), 256, 256)
+            faces.append(captioned(np.minimum(coloured(lines), PAPER), name))
+        blocks.append(np.concatenate(faces, axis=1))
+    save("face_pairs.png", grid(blocks, 2, gap=24))
+
+
+def only(who: str) -> dict[str, float]:
+    """Shares of a single ethnicity."""
+    return {name: float(name == who) for name in ("african", "asian", "caucasian")}
+
+
+PEOPLE = {
+    "young woman, African": {"gender": 0.0, **only("african")},
+    "young woman, Asian": {"gender": 0.0, **only("asian")},
+    "young woman, Caucasian": {"gender": 0.0, **only("caucasian")},
+    "young man, African": {"gender": 1.0, **only("african"), "jaw_width": 0.4},
+    "man, Asian, heavy": {"gender": 1.0, "age": 0.35, "weight": 1.0, **only("asian")},
+    "woman, Caucasian, thin": {"gender": 0.0, "age": 0.5, "weight": -1.0, **only("caucasian")},
+    "old woman, African": {"gender": 0.0, "age": 1.0, **only("african")},
+    "old man, Caucasian": {"gender": 1.0, "age": 1.0, "nose_hump": 0.6, **only("caucasian")},
+}
 
 
 def identities() -> None:
     """The same smile on different people."""
     rig = load_rig()
-    people = {
-        "young woman": {"gender": 0.0, "asian": 1.0, "african": 0.0, "caucasian": 0.0},
-        "young man": {"gender": 1.0, "african": 1.0, "asian": 0.0, "caucasian": 0.0},
-        "old woman": {"gender": 0.0, "age": 1.0, "caucasian": 1.0, "african": 0.0, "asian": 0.0},
-        "old man": {"gender": 1.0, "age": 1.0, "weight": 0.5},
-        "features": {"nose_hump": 0.9, "jaw_width": 0.9, "eye_spacing": -0.7, "head_shape": 0.5},
-    }
-    faces = np.concatenate([rig.neutral(who) for who in people.values()])
-    camera = Camera.framing(faces[faces[:, 1] > -0.12], 256, 256, 0.02)
-    pictures = [
-        captioned(paint(rig, rig.pose(FaceParameters({"smile": 4.0}, who)), camera, who), name)
-        for name, who in people.items()
-    ]
-    save("identities.png", sheet(pictures, 5))
+    camera = whole_head(rig, list(PEOPLE.values()), 230)
+    rows = []
+    for aus, kind in (({}, "shaded"), ({"smile": 4.5}, "shaded"), ({"smile": 4.5}, "drawn")):
+        row = [face_picture(rig, FaceParameters(aus, who), camera, kind)
+               for who in PEOPLE.values()]  # fmt: skip
+        rows.append(np.concatenate(row, axis=1))
+    width = rows[0].shape[1] // len(PEOPLE)
+    names = [captioned(np.full((1, width, 3), PAPER, np.uint8), name, 12) for name in PEOPLE]
+    save("identities.png", np.concatenate([*rows, np.concatenate(names, axis=1)]))
+
+
+def features() -> None:
+    """Every feature of the identity at its two ends."""
+    rig, size = load_rig(), 150
+    camera = whole_head(rig, [{}, {"head_width": 1.0}, {"head_height": 1.0}], size)
+    blocks = []
+    for feature in FEATURES:
+        ends = [face_picture(rig, FaceParameters({}, {feature.name: v}), camera, "shaded")
+                for v in (feature.minimum, feature.maximum)]  # fmt: skip
+        blocks.append(captioned(np.concatenate(ends, axis=1), feature.name))
+    save("face_features.png", grid(blocks, 7, gap=8))
+
+
+def gaze() -> None:
+    """Where the eyes look, and the lids that follow them; then blinks while looking."""
+    rig = load_rig()
+    place = landmark_points(rig, rig.neutral())
+    left, right = place["eye_outer_right"][0] - 0.012, place["eye_outer_left"][0] + 0.012
+    top, bottom = place["brow_peak_left"][1] + 0.01, place["eye_bottom_left"][1] - 0.014
+    scale = 300 / (right - left)
+    camera = Camera(300, round(scale * (top - bottom)), (scale, scale),
+                    (-scale * left, scale * top))  # fmt: skip
+
+    def eyes(yaw: float, pitch: float, aus: dict[str, float], kind: str) -> Picture:
+        looking = FaceParameters(aus, gaze=(np.radians(yaw), np.radians(pitch)))
+        return face_picture(rig, looking, camera, kind)
+
+    blocks = []
+    for pitch, up in ((-25, "up"), (0, ""), (25, "down")):
+        for yaw, side in ((-30, "to the own right"), (0, ""), (30, "to the own left")):
+            text = " and ".join(t for t in (up, side) if t) or "ahead"
+            faces = [eyes(yaw, pitch, {}, kind) for kind in ("shaded", "drawn")]
+            blocks.append(captioned(np.concatenate(faces), text))
+    for aus, text in (({"blink": 2.5}, "down, half a blink"), ({"squint": 5.0}, "down, squint"),
+                      ({"lid_raise": 5.0}, "down, lids raised")):  # fmt: skip
+        faces = [eyes(0, 25, aus, kind) for kind in ("shaded", "drawn")]
+        blocks.append(captioned(np.concatenate(faces), text))
+    save("face_gaze.png", grid(blocks, 3, gap=10))
+
+
+def faces_of(expressions: dict[str, FaceParameters], columns: int, size: int = 220) -> Picture:
+    """Captioned close-ups, shaded over drawn."""
+    rig = load_rig()
+    blocks = []
+    for text, face in expressions.items():
+        camera = close_up(rig, size=size, identity=dict(face.identity))
+        both = [face_picture(rig, face, camera, kind) for kind in ("shaded", "drawn")]
+        blocks.append(captioned(np.concatenate(both), text))
+    return grid(blocks, columns, gap=6)
+
+
+def one_sided() -> None:
+    """What the face does on one side, at full natural activation."""
+    names = [c.name for c in CONTROLS if c.side != "both"]
+    save("face_one_sided.png",
+         faces_of({n: FaceParameters({n: FULL_INTENSITY}) for n in names}, 7, 200))  # fmt: skip
+
+
+def ten_at_random(rng: np.random.Generator) -> dict[str, float]:
+    """Any ten controls at any strength up to full, sensible or not."""
+    names = rng.choice(CONTROL_NAMES, 10, replace=False)
+    return {str(name): round(float(rng.uniform(0, FULL_INTENSITY)), 1) for name in names}
+
+
+def random_faces() -> None:
+    """Random expressions as the button makes them, and any ten controls at random."""
+    rng = np.random.default_rng(7)
+    likely = {}
+    for _ in range(14):
+        aus = random_expression(rng)
+        likely[", ".join(f"{n} {v:g}" for n, v in aus.items())] = FaceParameters(aus)
+    save("face_random.png", faces_of(likely, 7, 200))
+    save("face_ten.png", faces_of(
+        {f"ten at random, {k}": FaceParameters(ten_at_random(np.random.default_rng(k)))
+         for k in range(14)}, 7, 200))  # fmt: skip
+
+
+EXTREMES = (
+    "frontalis", "brow_furrow", "squint", "lid_raise", "wince", "sneer", "cheek_puff",
+    "smile", "frown", "shrug", "purse", "grimace", "lip_loosen", "jaw_open",
+)  # fmt: skip
+
+
+def extremes() -> None:
+    """Beyond nature: 10 on the scale; and the strongest expressions on the farthest identities."""
+    beyond = {f"{name} 10": FaceParameters({name: 10.0}) for name in EXTREMES}
+    save("face_beyond.png", faces_of(beyond, 7, 200))
+    strong = {
+        "smile": {"smile": 5.0, "outer_squint": 4.0},
+        "anger": {"brow_furrow": 5.0, "lid_raise": 3.0, "lip_lock": 4.0, "wince": 2.0},
+        "fear": {"frontalis": 5.0, "brow_furrow": 3.0, "lid_raise": 5.0, "grimace": 4.0,
+                 "jaw_open": 2.0},
+        "disgust": {"wince": 5.0, "sneer": 4.0, "shrug": 2.0, "squint": 3.0},
+        "blink": {"blink": 5.0},
+        "jaw open": {"jaw_open": 5.0},
+    }  # fmt: skip
+    rig, rows = load_rig(), []
+    for name, who in PEOPLE.items():
+        camera = close_up(rig, size=200, identity=who)
+        row = [face_picture(rig, FaceParameters(aus, who), camera, "shaded")
+               for aus in strong.values()]  # fmt: skip
+        rows.append(captioned(np.concatenate(row, axis=1), f"{name}: {', '.join(strong)}"))
+    save("face_extremes.png", grid(rows, 1, gap=6))
+
+
+def turned() -> None:
+    """The whole head from all sides, at rest."""
+    rig = load_rig()
+    who: dict[str, float] = {}
+    camera = whole_head(rig, [who], 300)
+    views = []
+    for kind in KINDS:
+        for yaw in np.radians([-90, -45, 0, 45, 90]):
+            face = FaceParameters({}, who, (0.6 * yaw, 0.0, 0.0), (0.4 * yaw, 0.0, 0.0))
+            views.append(face_picture(rig, face, camera, kind))
+    save("face_turned.png", grid(views, 5))
+
+
+# --- data and fits --------------------------------------------------------------------------------
 
 
 def drawings() -> None:
@@ -151,14 +338,16 @@ def stages() -> None:
                 captioned(lines([(result.contours, "black")], paper), "contours of the sketch"),
                 captioned(lines([(result.contours, "#2060c0")], render), "on the expression"),
                 captioned(lines([(result.snakes, "#c02020")], render), "snakes at rest"),
-                captioned(fitted, "the fitted face, drawn"),
+                captioned(coloured(fitted), "the fitted face, drawn"),
             ],
             4,
         ),
     )
 
 
-PICTURES = {f.__name__: f for f in (controls, creases, identities, drawings, examples, stages)}
+FACE = (contact_sheets, pairs, identities, features, gaze, one_sided, random_faces, extremes,
+        turned)  # fmt: skip
+PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, examples, stages)}
 
 
 def main() -> None:
