@@ -52,9 +52,17 @@ def _find_core() -> bool:
 
 _bundled = _find_core()
 
-from . import operators, panel, properties, reporting  # noqa: E402  (the core must be found first)
+from . import (  # noqa: E402  (the core must be found first)
+    expression_operators,
+    face_operators,
+    face_panel,
+    operators,
+    panel,
+    properties,
+    reporting,
+)
 
-_MODULES = (properties, operators, panel)
+_MODULES = (properties, operators, face_operators, expression_operators, panel, face_panel)
 
 
 def register() -> None:

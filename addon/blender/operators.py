@@ -1,31 +1,14 @@
-"""The buttons. Each reads the context, calls the core, writes back, reports."""
+"""The buttons of the sketch. Each reads the context, calls the core, writes back, reports."""
 
 from pathlib import Path
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import BoolProperty
 
 from addon.drawing import SketchError
 
-from . import properties
+from . import faces, properties
 from .reporting import reported
-
-FITTED = "Fitted"
-
-
-def active_face(context) -> bpy.types.Object | None:
-    """The face that the artist works on: the active object, or the one its rig carries."""
-    active = context.active_object
-    if active is None:
-        return None
-    for candidate in (active, *active.children):
-        if (
-            candidate.type == "MESH"
-            and candidate.sketch_to_face.is_face
-            and candidate.data.shape_keys is not None
-        ):
-            return candidate
-    return None
 
 
 def _frame(context, face: bpy.types.Object) -> None:
@@ -98,50 +81,8 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
             location=context.scene.cursor.location,
         )
         properties.remember(face, settings.sketch, fit)
-        for selected in context.selected_objects:
-            selected.select_set(False)
-        face.select_set(True)
-        context.view_layer.objects.active = face
+        faces.select_alone(context, face)
         return face, fit
-
-
-class SKETCHTOFACE_OT_reset_sliders(bpy.types.Operator):
-    """Set the sliders of the face back"""
-
-    bl_idname = "sketch_to_face.reset_sliders"
-    bl_label = "Reset Sliders"
-    bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "to": EnumProperty(
-            name="To",
-            items=[
-                ("SKETCH", "As Drawn", "The expression that was read from the sketch"),
-                ("NEUTRAL", "Neutral", "A face at rest; the fitted details stay"),
-            ],
-        ),
-    }
-
-    @classmethod
-    def poll(cls, context):
-        """A face must be active."""
-        if active_face(context) is None:
-            cls.poll_message_set("Select a face that Sketch to Face made")
-            return False
-        return True
-
-    def execute(self, context):
-        """Write the values to the shape keys."""
-        face = active_face(context)
-        drawn = {item.name: item.value for item in face.sketch_to_face.expression}
-        keys = face.data.shape_keys
-        for key in keys.key_blocks:
-            if key == keys.reference_key:
-                continue
-            if self.to == "SKETCH":
-                key.value = drawn.get(key.name, 0.0)
-            elif key.name != FITTED:
-                key.value = 0.0
-        return {"FINISHED"}
 
 
 class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
@@ -159,7 +100,7 @@ class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (SKETCHTOFACE_OT_fit, SKETCHTOFACE_OT_reset_sliders, SKETCHTOFACE_OT_default_tweakables)
+CLASSES = (SKETCHTOFACE_OT_fit, SKETCHTOFACE_OT_default_tweakables)
 
 
 def register() -> None:

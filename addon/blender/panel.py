@@ -7,11 +7,9 @@ import bpy.utils.previews
 
 from facs_rig import CONTROLS
 
-from . import operators, properties
+from . import faces, operators, properties
 
 TAB = "Sketch to Face"
-REGIONS = {"upper": "Upper Face", "mid": "Middle Face", "lower": "Lower Face"}
-
 
 _thumbnails = None  # Blender's preview collection, while registered
 
@@ -31,22 +29,15 @@ def thumbnail(sketch: str) -> int:
     return _thumbnails[name].icon_id
 
 
-class _Tab:
+class Tab:
+    """Where the panels are."""
+
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = TAB
 
 
-class _OfFace(_Tab):
-    """A panel that shows only while a face is active."""
-
-    @classmethod
-    def poll(cls, context):
-        """Nothing to show without a face."""
-        return operators.active_face(context) is not None
-
-
-class SKETCHTOFACE_PT_sketch(_Tab, bpy.types.Panel):
+class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
     """The sketch and the big button."""
 
     bl_idname = "SKETCHTOFACE_PT_sketch"
@@ -66,7 +57,7 @@ class SKETCHTOFACE_PT_sketch(_Tab, bpy.types.Panel):
         button.operator(operators.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
 
 
-class SKETCHTOFACE_PT_tweakables(_Tab, bpy.types.Panel):
+class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
     """The thesis' table, folded away."""
 
     bl_idname = "SKETCHTOFACE_PT_tweakables"
@@ -92,16 +83,23 @@ class SKETCHTOFACE_PT_tweakables(_Tab, bpy.types.Panel):
         layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 
-class SKETCHTOFACE_PT_detected(_OfFace, bpy.types.Panel):
+class SKETCHTOFACE_PT_detected(Tab, bpy.types.Panel):
     """What was read from the sketch."""
 
     bl_idname = "SKETCHTOFACE_PT_detected"
     bl_label = "Read From the Sketch"
-    bl_order = 1
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 2
+
+    @classmethod
+    def poll(cls, context):
+        """Nothing was read for a face that was just added."""
+        face = faces.active_face(context)
+        return face is not None and len(face.sketch_to_face.detections) > 0
 
     def draw(self, context):
         """A row for each action unit: found or not, how sure."""
-        face = operators.active_face(context)
+        face = faces.active_face(context)
         column = self.layout.column(align=True)
         column.scale_y = 0.85
         for item in face.sketch_to_face.detections:
@@ -119,59 +117,12 @@ class SKETCHTOFACE_PT_detected(_OfFace, bpy.types.Panel):
                 value.label(text=f"{item.probability:.0%}")
 
 
-class SKETCHTOFACE_PT_sliders(_OfFace, bpy.types.Panel):
-    """The shape keys of the face."""
-
-    bl_idname = "SKETCHTOFACE_PT_sliders"
-    bl_label = "Sliders"
-    bl_order = 2
-
-    def draw(self, context):
-        """The fitted details, and the two ways back."""
-        face = operators.active_face(context)
-        column = self.layout.column()
-        fitted = face.data.shape_keys.key_blocks.get(operators.FITTED)
-        if fitted is not None:
-            column.prop(fitted, "value", text="Fitted", slider=True)
-        row = column.row(align=True)
-        reset = operators.SKETCHTOFACE_OT_reset_sliders.bl_idname
-        row.operator(reset, text="As Drawn").to = "SKETCH"
-        row.operator(reset, text="Neutral").to = "NEUTRAL"
-
-
-def _region_panel(region: str, label: str) -> type:
-    """The sub-panel with the sliders of one third of the face."""
-    names = [(control.name, control.label) for control in CONTROLS if control.region == region]
-
-    def draw(self, context):
-        keys = operators.active_face(context).data.shape_keys.key_blocks
-        column = self.layout.column(align=True)
-        for name, text in names:
-            key = keys.get(name)
-            if key is not None:
-                column.prop(key, "value", text=text, slider=True)
-
-    return type(
-        f"SKETCHTOFACE_PT_{region}",
-        (_OfFace, bpy.types.Panel),
-        {
-            "__doc__": f"Sliders of the {label.lower()}.",
-            "bl_idname": f"SKETCHTOFACE_PT_{region}",
-            "bl_parent_id": SKETCHTOFACE_PT_sliders.bl_idname,
-            "bl_label": label,
-            "draw": draw,
-        },
-    )
-
-
 LABELS = {control.name: control.label for control in CONTROLS}
 
 CLASSES = (
     SKETCHTOFACE_PT_sketch,
     SKETCHTOFACE_PT_tweakables,
     SKETCHTOFACE_PT_detected,
-    SKETCHTOFACE_PT_sliders,
-    *(_region_panel(region, label) for region, label in REGIONS.items()),
 )
 
 

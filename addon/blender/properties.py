@@ -15,6 +15,9 @@ from bpy.props import (
     StringProperty,
 )
 
+from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
+from facs_rig.blender_keys import FITTED
+from facs_rig.blender_pose import identity_of, set_identity
 from snakes import Tweakables
 
 _LIMITS = {"minimum": "min", "maximum": "max"}
@@ -71,6 +74,39 @@ def tweakables(group) -> Tweakables:
     return Tweakables(**values)
 
 
+def _identity_property(feature):
+    """A live slider of one identity parameter; the face itself keeps the value."""
+
+    def get(self) -> float:
+        return identity_of(self.id_data).get(feature.name, feature.default)
+
+    def put(self, value: float) -> None:
+        face = self.id_data
+        set_identity(face, load_rig(), {**identity_of(face), feature.name: value})
+
+    return FloatProperty(
+        name=feature.label,
+        min=feature.minimum,
+        max=feature.maximum,
+        default=feature.default,
+        precision=2,
+        step=5,
+        get=get,
+        set=put,
+        options=set(),  # not animated: an expression is, a person is not
+    )
+
+
+SKETCHTOFACE_PG_identity = type(
+    "SKETCHTOFACE_PG_identity",
+    (bpy.types.PropertyGroup,),
+    {
+        "__doc__": "Who a face with identity keys is, one property for each parameter.",
+        "__annotations__": {f.name: _identity_property(f) for f in IDENTITY},
+    },
+)
+
+
 class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
     """The settings of the tab, kept in the scene."""
 
@@ -92,6 +128,10 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             min=0,
         ),
         "tweakables": PointerProperty(type=SKETCHTOFACE_PG_tweakables),
+        "one_sided": BoolProperty(
+            name="One-Sided",
+            description="Show the sliders of the face's right and left under those of both",
+        ),
     }
 
 
@@ -114,19 +154,21 @@ class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
 
 
 class SKETCHTOFACE_PG_slider(bpy.types.PropertyGroup):
-    """The value that a shape key got from the sketch; `name` is the key's name."""
+    """The value that a slider got from the sketch; `name` is the control's name or "Fitted"."""
 
     __annotations__ = {"value": FloatProperty(name="Value")}
 
 
 class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
-    """What a face object remembers of its sketch."""
+    """What a face object remembers of its sketch, and the sliders of who it is."""
 
     __annotations__ = {
-        "is_face": BoolProperty(name="Made by Sketch to Face"),
+        "identity": PointerProperty(type=SKETCHTOFACE_PG_identity),
         "sketch": StringProperty(name="Sketch", description="The drawing that this face is from"),
         "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
         "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
+        "head": FloatVectorProperty(name="Head", subtype="EULER", size=3),
+        "neck": FloatVectorProperty(name="Neck", subtype="EULER", size=3),
         "contour_error_px": FloatVectorProperty(
             name="Contour error",
             description="Pixels between the sketch and the template, the expression, the fit",
@@ -138,7 +180,6 @@ class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
 def remember(face, sketch: str, fit) -> None:
     """Write what `fit` (addon.pipeline.FaceFit) says of the sketch to the face object."""
     settings = face.sketch_to_face
-    settings.is_face = True
     settings.sketch = sketch
     settings.detections.clear()
     for name, probability in fit.detection.probabilities.items():
@@ -148,16 +189,20 @@ def remember(face, sketch: str, fit) -> None:
         item.active = fit.detection.active[name]
         item.intensity = fit.detection.intensities[name]
     settings.expression.clear()
-    for key in list(face.data.shape_keys.key_blocks)[1:]:  # all but the basis
+    drawn = {name: face[name] for name in CONTROL_NAMES}
+    drawn[FITTED] = face.data.shape_keys.key_blocks[FITTED].value
+    for name, value in drawn.items():
         item = settings.expression.add()
-        item.name = key.name
-        item.value = key.value
+        item.name = name
+        item.value = value
+    settings.head, settings.neck = fit.parameters.head, fit.parameters.neck
     error = fit.contour_error_px
     settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]
 
 
 CLASSES = (
     SKETCHTOFACE_PG_tweakables,
+    SKETCHTOFACE_PG_identity,
     SKETCHTOFACE_PG_scene,
     SKETCHTOFACE_PG_detection,
     SKETCHTOFACE_PG_slider,

@@ -52,19 +52,19 @@ def _write_log(title: str) -> Path:
 
 
 @contextlib.contextmanager
-def reported(operator: bpy.types.Operator):
+def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchError):
     """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
 
     A ValueError is what the artist can mend: its sentence is shown as it is. Anything else is
-    our fault: it goes whole to the log file, and the report names the file. Of ValueErrors only
-    SketchError is surely the sketch's; the others are logged as well.
+    our fault: it goes whole to the log file, and the report names the file. ValueErrors that are
+    not `expected` are logged as well: of those of a fit only SketchError is surely the sketch's.
     """
     outcome = Outcome()
     try:
         yield outcome
-    except SketchError as error:
+    except expected as error:
         outcome.failed = True
-        operator.report({"ERROR"}, str(error))
+        operator.report({"ERROR"}, _sentence(error))
     except ValueError as error:
         outcome.failed = True
         _write_log(operator.bl_label)
@@ -77,6 +77,12 @@ def reported(operator: bpy.types.Operator):
         operator.report(
             {"ERROR"}, f"{operator.bl_label} broke ({type(error).__name__}); details: {path}"
         )
+
+
+def _sentence(error: Exception) -> str:
+    """The error's words with a capital; the path or name that they may begin with stays."""
+    text = str(error)
+    return text[:1].upper() + text[1:]
 
 
 class Outcome:

@@ -7,11 +7,36 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from facs_rig import CONTROL_NAMES, FaceParameters  # noqa: E402
-from facs_rig.blender import build_face, to_blender  # noqa: E402
-from facs_rig.paint import MATERIALS  # noqa: E402
+from facs_rig import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FaceParameters  # noqa: E402
+from facs_rig.blender import build_face, set_identity, to_blender  # noqa: E402
+from facs_rig.blender_pose import pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
+from facs_rig.keys import PROPERTIES  # noqa: E402
+from facs_rig.paint import MATERIAL_NAMES  # noqa: E402
 
 TOLERANCE = 1e-5  # metres
+KINDS = ("objects", "meshes", "materials", "armatures", "shape_keys")
+
+
+def a_pose(seed: int, *, someone: bool = False) -> FaceParameters:
+    """Ten controls up to 10, head, neck and gaze at random, and any person."""
+    random = np.random.default_rng(seed)
+    who = {}
+    if someone:
+        from dataset_gen.sampling import sample_identity
+
+        who = sample_identity(random) | {"wrinkles": float(random.uniform(-1, 1))}
+    return FaceParameters(
+        aus={n: float(random.uniform(0, 10)) for n in random.choice(CONTROL_NAMES, 10, False)},
+        identity=who,
+        head=tuple(random.uniform(-0.6, 0.6, 3)),
+        neck=tuple(random.uniform(-0.3, 0.3, 3)),
+        gaze=tuple(random.uniform(-0.6, 0.6, 2)),
+    )
+
+
+def names_of(face) -> list[str]:
+    return [key.name for key in face.data.shape_keys.key_blocks]
 
 
 def test_axes_turn_the_face_to_minus_y():
@@ -21,13 +46,34 @@ def test_axes_turn_the_face_to_minus_y():
     assert to_blender(own_left).tolist() == [1, 0, 0]
 
 
-def test_neutral_face_has_a_key_for_each_control(rig, evaluated):
+def test_neutral_face_has_the_keys_of_the_rig(rig, evaluated):
     face = build_face("Face", rig, FaceParameters())
-    keys = face.data.shape_keys.key_blocks
-    assert [k.name for k in keys] == ["Basis", *CONTROL_NAMES]
-    assert all(k.value == 0 and k.slider_min == 0 and k.slider_max == 2 for k in list(keys)[1:])
+    assert names_of(face) == ["Basis", *(key.name for key in rig.keys)]
+    assert names_of(face)[1 : 1 + len(CONTROL_NAMES)] == list(CONTROL_NAMES)
     assert all(p.use_smooth for p in face.data.polygons)
     assert np.abs(evaluated(face) - rig.neutral()).max() < TOLERANCE
+
+
+def test_sliders_say_what_they_do(rig):
+    face = build_face("Face", rig, FaceParameters(aus={"smile": 3.5}))
+    for control in CONTROLS:
+        shown = face.id_properties_ui(control.name).as_dict()
+        assert (shown["min"], shown["max"], shown["default"]) == (0, 10, 0)
+        assert control.signature[1:] in shown["description"]
+        assert face[control.name] == (3.5 if control.name == "smile" else 0)
+    assert {name: face[name] for name in PROPERTIES} == {
+        "gaze_yaw": 0, "gaze_pitch": 0, **rig.scalars({})}  # fmt: skip
+    gaze = face.id_properties_ui("gaze_yaw").as_dict()
+    assert (gaze["soft_min"], gaze["soft_max"]) == (-35, 35)
+
+
+def test_every_key_of_the_rig_is_driven_without_python(rig):
+    face = build_face("Face", rig, FaceParameters(), identity_keys=True, arkit=True)
+    drivers = face.data.shape_keys.animation_data.drivers
+    assert {d.data_path for d in drivers} == {f'key_blocks["{k.name}"].value' for k in rig.keys}
+    others = list(face.parent.animation_data.drivers)
+    assert all(d.driver.is_simple_expression for d in (*drivers, *others))
+    assert all(v.type == "SINGLE_PROP" for d in drivers for v in d.driver.variables)
 
 
 def test_polygons_and_materials_follow_the_rig(rig):
@@ -35,44 +81,160 @@ def test_polygons_and_materials_follow_the_rig(rig):
     assert len(face.data.vertices) == rig.n_vertices
     flat = [v for p in face.data.polygons for v in p.vertices]
     assert flat == list(rig.polygon_vertices)
-    assert [m.name for m in face.data.materials] == [f"Face {n.capitalize()}" for n in MATERIALS]
-    slots = list(MATERIALS)
-    part_of_slot = {s: s for s in slots} | {"iris": "eyes", "pupil": "eyes"}
-    part_of_slot |= dict.fromkeys(("brows", "lips", "mouth"), "skin")
-    used = set()
-    for polygon in face.data.polygons:
-        part = part_of_slot[slots[polygon.material_index]]
-        assert rig.parts[part][polygon.vertices[0]]
-        used.add(slots[polygon.material_index])
-    assert used == set(slots)
+    slots = [m.name for m in face.data.materials]
+    assert slots == [f"Face {n.capitalize()}" for n in MATERIAL_NAMES]
+    used = {MATERIAL_NAMES[p.material_index] for p in face.data.polygons}
+    assert used >= {"skin", "lips", "eyes", "iris", "pupil", "teeth"}
 
 
 def test_two_faces_share_their_materials(rig):
     build_face("One", rig, FaceParameters())
     build_face("Two", rig, FaceParameters())
-    assert len(bpy.data.materials) == len(MATERIALS)
+    assert len(bpy.data.materials) == len(MATERIAL_NAMES)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_evaluated_mesh_equals_the_posed_rig(rig, evaluated, seed):
+def test_evaluated_mesh_of_a_baked_person_equals_the_posed_rig(rig, evaluated, seed):
+    parameters = a_pose(seed, someone=True)
     random = np.random.default_rng(seed)
-    parameters = FaceParameters(
-        aus={n: float(random.uniform(0, 10)) for n in random.choice(CONTROL_NAMES, 8)},
-        head=tuple(random.uniform(-0.6, 0.6, 3)),
-        neck=tuple(random.uniform(-0.3, 0.3, 3)),
-    )
     offsets = random.normal(0, 0.002, (rig.n_vertices, 3)).astype(np.float32)
     face = build_face("Face", rig, parameters, offsets)
     assert np.abs(evaluated(face) - rig.pose(parameters, offsets)).max() < TOLERANCE
 
 
+@pytest.mark.parametrize("arkit", [False, True])
+def test_evaluated_mesh_with_identity_keys_equals_the_posed_rig(rig, evaluated, arkit):
+    first = a_pose(10, someone=True)
+    face = build_face("Face", rig, first, identity_keys=True, arkit=arkit)
+    extra = ARKIT_NAMES if arkit else ()
+    assert names_of(face) == ["Basis", *(k.name for k in rig.keys), *IDENTITY_KEYS, *extra]
+    assert np.abs(evaluated(face) - rig.pose(first)).max() < TOLERANCE
+    for seed in (11, 12, 13):
+        parameters = a_pose(seed, someone=True)
+        set_identity(face, rig, parameters.identity)
+        set_pose(face, parameters)
+        assert np.abs(evaluated(face) - rig.pose(parameters)).max() < TOLERANCE
+        told = pose_of(face)
+        assert dict(told.identity) == pytest.approx(dict(parameters.identity), abs=1e-6)
+        assert dict(told.aus) == pytest.approx(dict(parameters.aus), abs=1e-6)
+        for part in ("head", "neck", "gaze"):
+            assert getattr(told, part) == pytest.approx(getattr(parameters, part), abs=1e-6)
+    set_identity(face, rig, {})
+    set_pose(face, FaceParameters())
+    assert np.abs(evaluated(face) - rig.neutral()).max() < TOLERANCE
+
+
 def test_moved_slider_moves_the_mesh_as_numpy_says(rig, evaluated):
     head = (0.4, -0.2, 0.1)
     face = build_face("Face", rig, FaceParameters(aus={"smile": 3.0}, head=head))
-    face.data.shape_keys.key_blocks["frontalis"].value = 1.5
-    face.data.shape_keys.key_blocks["smile"].value = 0.2
+    face["frontalis"], face["smile"] = 7.5, 1.0
+    refresh(face)
     wanted = rig.pose(FaceParameters(aus={"frontalis": 7.5, "smile": 1.0}, head=head))
     assert np.abs(evaluated(face) - wanted).max() < TOLERANCE
+
+
+def test_arkit_keys_add_the_rig_s_deltas_and_no_driver_fights_them(rig, evaluated):
+    face = build_face("Face", rig, FaceParameters(aus={"smile": 2.0}), arkit=True)
+    keys = face.data.shape_keys.key_blocks
+    keys["jawOpen"].value, keys["tongueOut"].value = 0.5, 1.0
+    moved = 0.5 * rig.arkit_deltas[ARKIT_NAMES.index("jawOpen")]
+    moved = moved + rig.arkit_deltas[ARKIT_NAMES.index("tongueOut")]
+    wanted = rig.pose(FaceParameters(aus={"smile": 2.0})) + moved
+    assert np.abs(evaluated(face) - wanted).max() < TOLERANCE
+
+
+def test_one_eye_can_be_turned_by_its_bone_on_top_of_the_gaze(rig, evaluated):
+    pose = FaceParameters(gaze=(0.2, 0.1))
+    face = build_face("Face", rig, pose)
+    eye = face.parent.pose.bones["eye_left"]
+    eye.rotation_euler[2] = 0.3
+    moved = np.abs(evaluated(face) - rig.pose(pose)).max(axis=1)
+    left = rig.parts["eyes"] & (rig.neutral()[:, 0] > 0)
+    assert moved[left].max() > 0.002
+    assert moved[~left].max() < TOLERANCE
+
+
+@pytest.mark.parametrize("identity_keys", [False, True])
+def test_jaw_bone_carries_what_hangs_on_it_along_with_the_lower_teeth(
+    rig, evaluated, identity_keys
+):
+    who = {"jaw_drop": 0.8, "head_depth": -0.5}
+    face = build_face("Face", rig, FaceParameters(identity=who), identity_keys=identity_keys)
+    rest = evaluated(face)
+    teeth = np.flatnonzero(rig.parts["teeth"])
+    pose = FaceParameters(aus={"jaw_open": 5.0, "jaw_left": 2.0, "jaw_forward": 3.0}, identity=who)
+    open_mouth = rig.pose(pose)
+    tooth = teeth[np.argmax(np.linalg.norm(open_mouth - rest, axis=1)[teeth])]
+    pendant = bpy.data.objects.new("Pendant", None)
+    bpy.context.scene.collection.objects.link(pendant)
+    child = pendant.constraints.new("CHILD_OF")
+    child.target, child.subtarget = face.parent, "jaw"
+    bpy.context.view_layer.update()
+    jaw = face.parent.pose.bones["jaw"]
+    child.inverse_matrix = (face.parent.matrix_world @ jaw.matrix).inverted()
+    pendant.location = to_blender(rest[tooth]).tolist()
+    set_pose(face, pose)
+    bpy.context.view_layer.update()
+    place = np.array(pendant.matrix_world.translation)
+    path = np.linalg.norm(open_mouth[tooth] - rest[tooth])
+    assert path > 0.015
+    # a rigid jaw for keys that stretch a little: 1.2 of 20 mm apart
+    assert np.linalg.norm(place - to_blender(open_mouth[tooth])) < 0.1 * path
+
+
+def test_keyframes_move_the_mesh_between_frames(rig, evaluated):
+    face = build_face("Face", rig, FaceParameters())
+    for frame, smile, yaw in ((1, 0.0, 0.0), (11, 10.0, 20.0)):
+        face["smile"], face["gaze_yaw"] = smile, yaw
+        face.keyframe_insert('["smile"]', frame=frame)
+        face.keyframe_insert('["gaze_yaw"]', frame=frame)
+    for frame, smile, yaw in ((1, 0.0, 0.0), (6, 5.0, 10.0), (11, 10.0, 20.0)):
+        bpy.context.scene.frame_set(frame)
+        wanted = rig.pose(FaceParameters({"smile": smile}, gaze=(np.radians(yaw), 0.0)))
+        assert np.abs(evaluated(face) - wanted).max() < TOLERANCE
+
+
+def test_face_appended_from_another_file_keeps_its_drivers(rig, evaluated, tmp_path):
+    build_face("Face", rig, FaceParameters(aus={"smile": 4.0}), identity_keys=True)
+    file = str(tmp_path / "face.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    build_face("Face", rig, FaceParameters())  # the appended one has to make way
+    with bpy.data.libraries.load(file) as (there, here):
+        here.objects = list(there.objects)
+    for loaded in here.objects:
+        bpy.context.scene.collection.objects.link(loaded)
+    face = next(o for o in here.objects if o.type == "MESH")
+    pose = a_pose(5, someone=True)
+    set_identity(face, rig, pose.identity)
+    set_pose(face, pose)
+    assert np.abs(evaluated(face) - rig.pose(pose)).max() < TOLERANCE
+    assert np.abs(evaluated(bpy.data.objects["Face"]) - rig.neutral()).max() < TOLERANCE
+
+
+def test_copy_of_a_face_obeys_its_own_sliders(rig, evaluated):
+    face = build_face("Face", rig, FaceParameters())
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.context.view_layer.objects.active = face
+    bpy.ops.object.duplicate()
+    copy = bpy.context.active_object
+    assert copy != face
+    set_pose(copy, FaceParameters({"jaw_open": 6.0}, gaze=(0.3, 0.0), head=(0.2, 0.0, 0.0)))
+    wanted = rig.pose(FaceParameters({"jaw_open": 6.0}, gaze=(0.3, 0.0), head=(0.2, 0.0, 0.0)))
+    assert np.abs(evaluated(copy) - wanted).max() < TOLERANCE
+    assert np.abs(evaluated(face) - rig.neutral()).max() < TOLERANCE
+
+
+def test_pose_is_read_and_set_in_any_rotation_mode(rig, evaluated):
+    pose = FaceParameters(head=(0.4, -0.3, 0.2), neck=(-0.1, 0.2, -0.15))
+    face = build_face("Face", rig, FaceParameters())
+    for mode in ("QUATERNION", "AXIS_ANGLE", "XYZ", "ZXY"):
+        for name in ("head", "neck"):
+            face.parent.pose.bones[name].rotation_mode = mode
+        set_pose(face, pose)
+        assert np.abs(evaluated(face) - rig.pose(pose)).max() < TOLERANCE
+        assert pose_of(face).head == pytest.approx(pose.head, abs=1e-6)
+        assert pose_of(face).neck == pytest.approx(pose.neck, abs=1e-6)
 
 
 def test_fitted_key_fades_the_offsets(rig, evaluated):
@@ -88,7 +250,48 @@ def test_location_moves_the_whole_face(rig, evaluated):
     assert np.abs(evaluated(face) - wanted).max() < TOLERANCE
 
 
-def test_offsets_of_a_wrong_shape_are_refused(rig):
-    with pytest.raises(ValueError, match=r"offsets must have the shape \(\d+, 3\), got \(5, 3\)"):
-        build_face("Face", rig, FaceParameters(), np.zeros((5, 3)))
-    assert not bpy.data.objects
+def test_face_is_built_in_a_collection_that_the_view_leaves_out(rig, evaluated):
+    hidden = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(hidden)
+    bpy.context.view_layer.layer_collection.children["Hidden"].exclude = True
+    face = build_face("Face", rig, FaceParameters(), collection=hidden)
+    assert set(hidden.objects) == {face, face.parent}
+    assert not bpy.context.scene.collection.objects
+
+
+@pytest.mark.parametrize(
+    ("parameters", "offsets", "says"),
+    [
+        (FaceParameters(), np.zeros((5, 3)), r"must have the shape \(\d+, 3\), got \(5, 3\)"),
+        (FaceParameters({"smlie": 3.0}), None, "there is no control 'smlie'; did you mean 'smile'"),
+        (FaceParameters({"smile": 11.0}), None, "smile = 11.0 is outside 0 to 10"),
+        (FaceParameters(identity={"age": 7.0}), None, "age = 7.0 is outside 0 to 1"),
+    ],
+)
+def test_what_cannot_be_built_leaves_nothing(rig, parameters, offsets, says):
+    for identity_keys in (False, True):
+        with pytest.raises(ValueError, match=says):
+            build_face("Face", rig, parameters, offsets, identity_keys=identity_keys)
+    assert not [kind for kind in KINDS if len(getattr(bpy.data, kind))]
+
+
+def test_face_that_breaks_off_half_way_leaves_nothing(rig, monkeypatch):
+    from facs_rig import blender
+
+    def broken(*_args):
+        raise MemoryError("at the last step")
+
+    monkeypatch.setattr(blender, "drive_jaw", broken)
+    with pytest.raises(MemoryError):
+        build_face("Face", rig, FaceParameters(), identity_keys=True)
+    assert not [kind for kind in KINDS if len(getattr(bpy.data, kind))]
+
+
+def test_identity_that_cannot_be_changes_nothing(rig, evaluated):
+    face = build_face("Face", rig, FaceParameters(), identity_keys=True)
+    with pytest.raises(ValueError, match="there is no identity parameter 'agge'"):
+        set_identity(face, rig, {"weight": 1.0, "agge": 0.5})
+    assert np.abs(evaluated(face) - rig.neutral()).max() < TOLERANCE
+    baked = build_face("Baked", rig, FaceParameters())
+    with pytest.raises(ValueError, match="'Baked' has no identity keys"):
+        set_identity(baked, rig, {"weight": 1.0})

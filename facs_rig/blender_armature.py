@@ -1,0 +1,321 @@
+"""The bones of Blender's face: neck, head, jaw and eyes, where the rig has its joints.
+
+The rig turns the eyes first, then the head, then the neck, each about a joint that moves with the
+identity. Bones turn about their own head, so three of them get hidden company:
+
+- `head_alone` turns as the head does without the neck, for skin that follows the head fully but
+  the neck in part (Blender blends transforms side by side, the rig one after the other).
+- `eye_left_gaze`, `eye_right_gaze` are driven by the properties gaze_yaw and gaze_pitch of the
+  face; `eye_left` and `eye_right`, their children, are free for the artist.
+- In a face with identity keys the places of the joints move. A bone `..._at` (or the gaze bone)
+  goes to the new place, and a bone `..._skin` under the turning one goes back by the same way, so
+  that what it carries is turned about the new place and not moved there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+from numpy.typing import NDArray
+
+from facs_rig.controls import ARKIT_NAMES
+from facs_rig.rig import FaceRig
+from facs_rig.rotation import rotation
+
+ROOT, NECK, HEAD, HEAD_ALONE, JAW = "root", "neck", "head", "head_alone", "jaw"
+EYES = ("eye_left", "eye_right")
+TURNED = (HEAD, NECK, *EYES)  # what the artist may turn
+# `facs_rig.rotation` rolls, then pitches, then yaws; in the axes of an upright bone that is
+# (pitch, yaw, -roll) in this order.
+ORDER = "ZXY"
+JAW_CONTROLS = ("jaw_open", "jaw_left", "jaw_right", "jaw_forward")
+JAW_ARKIT = ("jawOpen", "jawLeft", "jawRight", "jawForward")
+
+
+def to_blender(points: NDArray) -> NDArray[np.float32]:
+    """Core axes (y up, z to the viewer) to Blender's (z up, facing -y): (x, y, z) -> (x, -z, y)."""
+    points = np.asarray(points, dtype=np.float32)
+    return np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
+
+
+@dataclass(frozen=True)
+class _Bone:
+    """A bone to make. `joint` names its place; forward ones look out of the face, others up."""
+
+    name: str
+    parent: str | None
+    joint: str
+    length: float
+    forward: bool = False
+    deforms: bool = False
+    hidden: bool = False
+
+
+def _skeleton(rig: FaceRig, neutral: NDArray, movable: bool) -> list[_Bone]:
+    """All bones, parents first. Lengths are for the eye and the hand alone."""
+    crown, nose = float(neutral[:, 1].max()), float(neutral[:, 2].max())
+    jaw = nose - float(rig.joints()[JAW][2])
+    bones = [_Bone(ROOT, None, NECK, 0.05, deforms=True, hidden=True)]
+    if movable:
+        bones += [
+            _Bone("neck_at", None, NECK, 0.03, hidden=True),
+            _Bone(NECK, "neck_at", NECK, 0.09),
+            _Bone("neck_skin", NECK, NECK, 0.02, deforms=True, hidden=True),
+        ]
+    else:
+        bones += [_Bone(NECK, None, NECK, 0.09, deforms=True)]
+    above = bones[-1].name
+    bones += [
+        _Bone(HEAD, above, HEAD, crown + 0.05, deforms=True),  # out of the crown, to be taken
+        _Bone(HEAD_ALONE, None, HEAD, 0.05, deforms=True, hidden=True),
+    ]
+    if movable:
+        bones += [_Bone("jaw_at", HEAD, JAW, 0.02, forward=True, hidden=True)]
+    bones += [_Bone(JAW, bones[-1].name if movable else HEAD, JAW, jaw, forward=True)]
+    for eye in EYES:
+        bones += [
+            _Bone(f"{eye}_gaze", HEAD, eye, 0.03, forward=True, hidden=True),
+            _Bone(eye, f"{eye}_gaze", eye, 0.06, forward=True, deforms=not movable),
+        ]
+        if movable:
+            bones += [_Bone(f"{eye}_skin", eye, eye, 0.01, True, deforms=True, hidden=True)]
+    return bones
+
+
+def _local(vector: NDArray, forward: bool) -> tuple[float, float, float]:
+    """A core vector in the axes of a bone: upright bones have the core's own."""
+    x, y, z = (float(v) for v in vector)
+    return (-x, z, y) if forward else (x, y, z)
+
+
+def make_armature(
+    name: str,
+    rig: FaceRig,
+    identity: Mapping[str, float],
+    collection: bpy.types.Collection,
+    made: list[bpy.types.ID],
+    *,
+    movable: bool,
+) -> bpy.types.Object:
+    """The armature object of a face, upright; what is made is added to `made`.
+
+    `movable`: with the hidden bones that `place_joints` moves. Needs Object Mode.
+    """
+    neutral, joints = rig.neutral(identity), rig.joints(identity)
+    bones = _skeleton(rig, neutral, movable)
+    data = bpy.data.armatures.new(name)
+    made.append(data)
+    armature = bpy.data.objects.new(name, data)
+    made.append(armature)
+    data.display_type = "STICK"
+    _edit_bones(armature, bones, joints)
+    collection.objects.link(armature)
+    for bone in bones:
+        posed = armature.pose.bones[bone.name]
+        posed.rotation_mode = "XYZ" if bone.forward else ORDER
+        posed.lock_location = (True, True, True)
+        posed.bone.use_deform = bone.deforms
+        _hide(posed, bone.hidden)
+    copy = armature.pose.bones[HEAD_ALONE].constraints.new("COPY_ROTATION")
+    copy.target, copy.subtarget = armature, HEAD
+    copy.owner_space = copy.target_space = "LOCAL"
+    armature.pose.bones[JAW].lock_rotation = (True, True, True)  # its sliders move it
+    return armature
+
+
+def _edit_bones(armature: bpy.types.Object, bones: list[_Bone], joints: Mapping) -> None:
+    """Make the bones, which Blender allows in Edit Mode alone.
+
+    For that the armature must be seen: it lies in the scene's own collection for the while,
+    whatever the artist's collection shows.
+    """
+    layer, root = bpy.context.view_layer, bpy.context.scene.collection
+    before = layer.objects.active
+    root.objects.link(armature)
+    layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        for bone in bones:
+            made = armature.data.edit_bones.new(bone.name)
+            place = Vector(to_blender(joints[bone.joint]).tolist())
+            along, aside = Vector((0.0, -1.0, 0.0)), Vector((0.0, 0.0, 1.0))
+            made.head = place
+            made.tail = place + bone.length * (along if bone.forward else aside)
+            made.align_roll(aside if bone.forward else along)
+            if bone.parent is not None:
+                made.parent = armature.data.edit_bones[bone.parent]
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+        layer.objects.active = before
+        root.objects.unlink(armature)
+
+
+def _hide(bone: bpy.types.PoseBone, hidden: bool) -> None:
+    if hasattr(bone, "hide"):  # from Blender 5.0 the posed bone has a visibility of its own
+        bone.hide = hidden
+    bone.bone.hide = hidden
+
+
+# --- skin ---
+
+
+def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> None:
+    """Give the face the rig's weights and the armature modifier that uses them."""
+    head, neck = np.asarray(rig.weights, dtype=float).T
+    weights = {
+        ROOT: (1 - head) * (1 - neck),
+        _carrier(armature, NECK): (1 - head) * neck,
+        HEAD: head * neck,
+        HEAD_ALONE: head * (1 - neck),
+    }
+    eyes = rig.parts["eyes"]
+    if not (rig.weights[eyes] == 1).all():
+        raise RuntimeError("the eyes must follow the head and the neck fully")
+    weights[HEAD] = np.where(eyes, 0.0, weights[HEAD])
+    left = rig.neutral()[:, 0] > 0
+    for eye, side in zip(EYES, (left, ~left), strict=True):
+        weights[_carrier(armature, eye)] = (eyes & side).astype(float)
+    for name, values in weights.items():
+        group = face.vertex_groups.new(name=name)
+        whole = values > 1 - 1e-7
+        group.add(np.flatnonzero(whole).tolist(), 1.0, "REPLACE")
+        for vertex in np.flatnonzero((values > 1e-7) & ~whole).tolist():
+            group.add((vertex,), values[vertex], "REPLACE")
+    modifier = face.modifiers.new("Head, Neck and Eyes", "ARMATURE")
+    modifier.object = armature
+
+
+def _carrier(armature: bpy.types.Object, joint: str) -> str:
+    """Name of the bone that deforms the skin of a joint."""
+    skin = f"{joint}_skin"
+    return skin if skin in armature.data.bones else joint
+
+
+# --- what moves the bones ---
+
+
+def drive(
+    fcurve: bpy.types.FCurve, expression: str, variables: Mapping[str, tuple[bpy.types.ID, str]]
+) -> None:
+    """Let an expression move what `fcurve` (from `driver_add`) belongs to.
+
+    variables : name in the expression -> (object or shape keys, path of the property).
+    Raises RuntimeError where Blender would have to run Python for the expression: it does so only
+    for trusted files, and slowly.
+    """
+    driver = fcurve.driver
+    driver.type = "SCRIPTED"
+    for name, (owner, path) in variables.items():
+        variable = driver.variables.new()
+        variable.name, variable.type = name, "SINGLE_PROP"
+        target = variable.targets[0]
+        target.id_type = "KEY" if isinstance(owner, bpy.types.Key) else "OBJECT"
+        target.id, target.data_path = owner, path
+    driver.expression = expression
+    if driver.expression != expression or not driver.is_simple_expression:
+        raise RuntimeError(f"Blender does not take the driver expression '{expression}'")
+
+
+def drive_eyes(face: bpy.types.Object, armature: bpy.types.Object) -> None:
+    """Both gaze bones follow the face's properties gaze_yaw and gaze_pitch (degrees)."""
+    for eye in EYES:
+        bone = armature.pose.bones[f"{eye}_gaze"]
+        for axis, text, name in ((0, "-radians(gaze)", "gaze_pitch"),
+                                 (2, "radians(gaze)", "gaze_yaw")):  # fmt: skip
+            curve = bone.driver_add("rotation_euler", axis)
+            drive(curve, text, {"gaze": (face, f'["{name}"]')})
+        bone.lock_rotation = (True, True, True)
+
+
+def drive_jaw(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> None:
+    """The jaw bone follows the jaw's sliders (and ARKit keys, if any) as the lower teeth do.
+
+    The keys move the skin, the bone carries what the artist hangs on it. Turn and path are linear
+    in the sliders, like the keys.
+    """
+    blocks = face.data.shape_keys
+    sources: list[tuple[str, bpy.types.ID, str, NDArray]] = []
+    names = [key.name for key in rig.keys]
+    for letter, name in zip("abcd", JAW_CONTROLS, strict=True):
+        sources.append((f"{letter}*0.2", face, f'["{name}"]', rig.key_deltas[names.index(name)]))
+    for letter, name in zip("efgh", JAW_ARKIT, strict=True):
+        if name in blocks.key_blocks:
+            path = f'key_blocks["{name}"].value'
+            sources.append((letter, blocks, path, rig.arkit_deltas[ARKIT_NAMES.index(name)]))
+    jaw = armature.pose.bones[JAW]
+    neutral, joint = rig.neutral()[rig.parts["teeth"]], rig.joints()[JAW]
+    motions = [_rigid(neutral - joint, delta[rig.parts["teeth"]]) for *_, delta in sources]
+    for kind, path in enumerate(("rotation_euler", "location")):
+        amounts = np.array([_local(motion[kind], forward=True) for motion in motions])
+        for axis in range(3):
+            used = np.flatnonzero(np.abs(amounts[:, axis]) > 1e-5)
+            if not len(used):
+                continue
+            terms = [f"{amounts[k, axis]:.5f}*{sources[k][0]}" for k in used]
+            variables = {sources[k][0][0]: sources[k][1:3] for k in used}
+            drive(jaw.driver_add(path, axis), "+".join(terms), variables)
+
+
+def _rigid(points: NDArray, moves: NDArray) -> tuple[NDArray, NDArray]:
+    """Rotation vector (radians) about the origin, then translation, of the points that move.
+
+    The best rigid motion by Kabsch's method, over the points that move half as far as the
+    farthest one: the teeth of the upper jaw stay.
+    """
+    length = np.linalg.norm(moves, axis=1)
+    if not length.any():
+        return np.zeros(3), np.zeros(3)
+    moving = length > 0.5 * length.max()
+    start, end = points[moving].astype(float), (points + moves)[moving].astype(float)
+    middle, target = start.mean(axis=0), end.mean(axis=0)
+    u, _, vt = np.linalg.svd((start - middle).T @ (end - target))
+    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    turn = vt.T @ flip @ u.T
+    axis, angle = Matrix(turn.tolist()).to_quaternion().to_axis_angle()
+    return np.array(axis) * angle, target - turn @ middle
+
+
+def place_joints(
+    armature: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]
+) -> None:
+    """Move the joints of a face with identity keys to where this identity has them."""
+    bones = armature.pose.bones
+    rest, places = rig.joints(), rig.joints(identity)
+    for joint, there, back in (
+        (NECK, "neck_at", "neck_skin"),
+        (JAW, "jaw_at", None),
+        *((eye, f"{eye}_gaze", f"{eye}_skin") for eye in EYES),
+    ):
+        shift = np.array(_local(places[joint] - rest[joint], forward=joint != NECK))
+        bones[there].location = shift.tolist()
+        if back is not None:
+            bones[back].location = (-shift).tolist()
+
+
+def turn_bone(bone: bpy.types.PoseBone, angles: tuple[float, float, float]) -> None:
+    """Turn an upright bone by the rig's yaw, pitch, roll (radians), in whatever mode it is."""
+    yaw, pitch, roll = angles
+    if bone.rotation_mode == ORDER:
+        bone.rotation_euler = (pitch, yaw, -roll)
+        return
+    turned = Matrix(rotation(angles).tolist())
+    if bone.rotation_mode == "QUATERNION":
+        bone.rotation_quaternion = turned.to_quaternion()
+    elif bone.rotation_mode == "AXIS_ANGLE":
+        axis, angle = turned.to_quaternion().to_axis_angle()
+        bone.rotation_axis_angle = (angle, *axis)
+    else:
+        bone.rotation_euler = turned.to_euler(bone.rotation_mode)
+
+
+def turn_of(bone: bpy.types.PoseBone) -> tuple[float, float, float]:
+    """Yaw, pitch, roll in radians of an upright bone against its rest."""
+    if bone.rotation_mode == ORDER:
+        pitch, yaw, back = bone.rotation_euler
+    else:
+        pitch, yaw, back = bone.matrix_basis.to_3x3().to_euler(ORDER)
+    return float(yaw), float(pitch), 0.0 - float(back)

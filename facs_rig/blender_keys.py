@@ -1,0 +1,114 @@
+"""The sliders of Blender's face: properties, and the shape keys that follow them.
+
+Each control is a property of the mesh object (0 to 10), beside where the eyes look and two figures
+of the identity. A driver on each key computes its value from these properties with the rig's own
+expression, so that properties can be keyframed, driven and seen in the Graph Editor.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig.blender_armature import drive, to_blender
+from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
+from facs_rig.identity import IDENTITY_KEYS
+from facs_rig.keys import LONGEST, PROPERTIES, abbreviated
+from facs_rig.parameters import FaceParameters
+from facs_rig.rig import FaceRig
+
+BASIS, FITTED = "Basis", "Fitted"
+GAZE = ("gaze_yaw", "gaze_pitch")
+WIDEST = 10.0  # the largest value that Blender lets a shape key have
+
+# name -> (least, most, where a slider begins and ends, tooltip)
+_OTHERS = {
+    "gaze_yaw": (-60.0, 60.0, -35.0, 35.0, "Both eyes to the face's own left, degrees"),
+    "gaze_pitch": (-60.0, 60.0, -35.0, 35.0, "Both eyes down, degrees"),
+    "crease_gain": (0.0, 4.0, 0.0, 3.0, "How deep the creases of the expression are"),
+    "lid_rest": (-2.0, 2.0, -1.0, 1.0, "How far this person's lids are closed at rest"),
+}
+
+
+def add_properties(face: bpy.types.Object, rig: FaceRig, parameters: FaceParameters) -> None:
+    """Give the mesh object its sliders, set to `parameters`."""
+    yaw, pitch = np.degrees(parameters.gaze)
+    values = {"gaze_yaw": yaw, "gaze_pitch": pitch, **rig.scalars(parameters.identity)}
+    for control in CONTROLS:
+        _property(face, control.name, parameters.aus.get(control.name, 0.0), 0.0,
+                  (0.0, MAX_INTENSITY, 0.0, MAX_INTENSITY), _tooltip(control))  # fmt: skip
+    for name in PROPERTIES:
+        *limits, text = _OTHERS[name]
+        default = 1.0 if name == "crease_gain" else 0.0
+        _property(face, name, values[name], default, limits, text)
+
+
+def _tooltip(control) -> str:
+    text = control.signature[:1].upper() + control.signature[1:]
+    return f"{text} (AU {', '.join(control.aus)}, {control.muscle}); 5 is fully natural"
+
+
+def _property(face, name: str, value: float, default: float, limits, description: str) -> None:
+    face[name] = float(value)
+    least, most, first, last = limits
+    face.id_properties_ui(name).update(
+        min=least, max=most, soft_min=first, soft_max=last, step=10.0, precision=2,
+        default=default, description=description,
+    )  # fmt: skip
+
+
+def add_keys(
+    face: bpy.types.Object,
+    rig: FaceRig,
+    neutral: NDArray[np.float32],
+    offsets: NDArray | None,
+    *,
+    identity_keys: bool,
+    arkit: bool,
+) -> None:
+    """All shape keys, in this order: Basis, rig.keys, the identity's, ARKit's, Fitted."""
+    face.shape_key_add(name=BASIS, from_mix=False)
+    face.data.shape_keys.name = face.data.name
+    for key, delta in zip(rig.keys, rig.key_deltas, strict=True):
+        block = _add_key(face, key.name, neutral + to_blender(delta), -WIDEST, WIDEST)
+        if key.name in CONTROL_NAMES:
+            block.slider_min, block.slider_max = 0.0, MAX_INTENSITY / FULL_INTENSITY
+    for key in rig.keys:
+        _drive_key(face, key.name, key.expression)
+    if identity_keys:
+        for name, delta in zip(IDENTITY_KEYS, rig.identity_deltas, strict=True):
+            _add_key(face, name, neutral + to_blender(delta), -1.0, 1.0)
+    if arkit:
+        for name, delta in zip(ARKIT_NAMES, rig.arkit_deltas, strict=True):
+            _add_key(face, name, neutral + to_blender(delta), 0.0, 1.0)
+    if offsets is not None:
+        _add_key(face, FITTED, neutral + to_blender(offsets), 0.0, 2.0).value = 1.0
+
+
+def _add_key(
+    face: bpy.types.Object, name: str, points: NDArray, least: float, most: float
+) -> bpy.types.ShapeKey:
+    block = face.shape_key_add(name=name, from_mix=False)
+    if block.name != name:
+        raise RuntimeError(f"Blender calls the shape key '{name}' '{block.name}'")
+    points_of = block.points if hasattr(block, "points") else block.data  # faster, from 4.1
+    points_of.foreach_set("co", np.ascontiguousarray(points, dtype=np.float32).ravel())
+    block.slider_min, block.slider_max = least, most
+    block.value = 0.0  # from Blender 5.0 keys begin at 1
+    return block
+
+
+def _drive_key(face: bpy.types.Object, name: str, expression: str) -> None:
+    """Drive a key by its expression over the face's properties and earlier keys."""
+    text, names = abbreviated(expression)
+    if len(text) > LONGEST:
+        raise RuntimeError(f"the expression of '{name}' is longer than {LONGEST} characters")
+    keys = face.data.shape_keys
+    variables = {
+        short: (face, f'["{long}"]')
+        if long in CONTROL_NAMES or long in PROPERTIES
+        else (keys, f'key_blocks["{long}"].value')
+        for short, long in names.items()
+    }
+    drive(keys.key_blocks[name].driver_add("value"), text, variables)

@@ -1,0 +1,153 @@
+"""Reads and sets what a face in Blender does: its sliders, bones and identity.
+
+A face is a mesh object with the property `facs_face`, which holds the version of its make-up and
+stays through saving, renaming and appending.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import bpy
+import numpy as np
+
+from facs_rig.blender_armature import EYES, HEAD, NECK, TURNED, place_joints, turn_bone, turn_of
+from facs_rig.blender_keys import GAZE
+from facs_rig.controls import CONTROL_NAMES
+from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
+from facs_rig.keys import PROPERTIES
+from facs_rig.parameters import FaceParameters, intensities
+from facs_rig.rig import FaceRig
+
+MARK = "facs_face"  # property of the mesh object: version of its make-up
+VERSION = 1
+WHO = "facs_identity"  # property of faces with identity keys: parameter -> value
+
+
+def is_face(candidate: bpy.types.Object) -> bool:
+    """Whether this object is a face, of whatever version."""
+    return candidate.type == "MESH" and MARK in candidate
+
+
+def check_face(face: bpy.types.Object) -> None:
+    """ValueError, one sentence, if the face is of a newer make-up or lost a part it needs."""
+    version = face.get(MARK)
+    if not isinstance(version, int) or version < 1:
+        raise ValueError(f"'{face.name}' is not a face that Sketch to Face made")
+    if version > VERSION:
+        raise ValueError(
+            f"'{face.name}' was made by a newer version of Sketch to Face; update the add-on"
+        )
+    for name in (*CONTROL_NAMES, *PROPERTIES):
+        if not isinstance(face.get(name), int | float):
+            raise ValueError(f"'{face.name}' has lost its slider '{name}'; add a new face")
+    if face.data.shape_keys is None:
+        raise ValueError(f"'{face.name}' has lost its shape keys; add a new face")
+
+
+def armature_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The armature that turns the face; None if it was taken away."""
+    for modifier in face.modifiers:
+        if modifier.type == "ARMATURE" and modifier.object is not None:
+            return modifier.object
+    return None
+
+
+def _turning(face: bpy.types.Object) -> dict[str, bpy.types.PoseBone]:
+    """The bones that the artist may turn, those that are there."""
+    armature = armature_of(face)
+    bones = armature.pose.bones if armature is not None else {}
+    return {name: bones[name] for name in TURNED if name in bones}
+
+
+def pose_of(face: bpy.types.Object) -> FaceParameters:
+    """What the face does and, if it has identity keys, who it is. See `check_face` for errors."""
+    check_face(face)
+    bones = _turning(face)
+    turns = {name: turn_of(bones[name]) if name in bones else (0.0, 0.0, 0.0)
+             for name in (HEAD, NECK)}  # fmt: skip
+    yaw, pitch = (float(np.radians(face[name])) for name in GAZE)
+    aus = {name: float(face[name]) for name in CONTROL_NAMES if face[name]}
+    return FaceParameters(aus, identity_of(face), turns[HEAD], turns[NECK], (yaw, pitch))
+
+
+def set_pose(face: bpy.types.Object, parameters: FaceParameters, *, turn: bool = True) -> None:
+    """Let the face do what `parameters` say: sliders and gaze and, with `turn`, head and neck.
+
+    The identity stays (see `set_identity`), and so does what was done to an eye's bone by hand.
+    Raises ValueError, with nothing changed, as `check_face` and for unknown controls.
+    """
+    check_face(face)
+    values = dict(zip(CONTROL_NAMES, intensities(parameters.aus).tolist(), strict=True))
+    # The exact values, not their 32-bit neighbours: 4.4 stays 4.4 in the sidebar.
+    values |= {name: float(value) for name, value in parameters.aus.items()}
+    values |= dict(zip(GAZE, np.degrees(parameters.gaze).tolist(), strict=True))
+    for name, value in values.items():
+        face[name] = value
+    bones = _turning(face) if turn else {}
+    for name, angles in ((HEAD, parameters.head), (NECK, parameters.neck)):
+        if name in bones:
+            turn_bone(bones[name], angles)
+    refresh(face)
+
+
+def straighten_eyes(face: bpy.types.Object) -> None:
+    """Take back what was done to the eyes' bones by hand: both look where the gaze does."""
+    for name, bone in _turning(face).items():
+        if name in EYES:
+            turn_bone(bone, (0.0, 0.0, 0.0))
+    refresh(face)
+
+
+def refresh(face: bpy.types.Object) -> None:
+    """Tell Blender that properties of the face changed: it does not watch them by itself."""
+    face.update_tag()
+    armature = armature_of(face)
+    if armature is not None:
+        armature.update_tag()
+
+
+# --- identity ---
+
+
+def has_identity_keys(face: bpy.types.Object) -> bool:
+    """Whether the face's identity is in shape keys rather than in its basis."""
+    return face.data.shape_keys is not None and all(
+        name in face.data.shape_keys.key_blocks for name in IDENTITY_KEYS
+    )
+
+
+def identity_of(face: bpy.types.Object) -> dict[str, float]:
+    """Identity parameters of a face with identity keys, without those at their default."""
+    stored = face.get(WHO)
+    return {} if stored is None else {name: float(value) for name, value in stored.items()}
+
+
+def identity_values(identity: Mapping[str, float]) -> dict[str, float]:
+    """Value of each identity key: its target's weight as against the default face's."""
+    weights = target_weights(identity) - target_weights({})
+    return dict(zip(IDENTITY_KEYS, weights.tolist(), strict=True))
+
+
+def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
+    """Make a face with identity keys another person: its keys, crease_gain, lid_rest and joints.
+
+    Raises ValueError, with nothing changed, for parameters that `facs_rig.IDENTITY` does not have
+    or allow and for a face whose identity is baked.
+    """
+    values = check_identity(identity)
+    if not has_identity_keys(face):
+        raise ValueError(
+            f"'{face.name}' has no identity keys: who it is was settled when it was made"
+        )
+    blocks = face.data.shape_keys.key_blocks
+    for name, value in identity_values(identity).items():
+        if abs(blocks[name].value - value) > 1e-7:
+            blocks[name].value = value
+    for name, value in rig.scalars(identity).items():
+        face[name] = float(value)
+    face[WHO] = {f.name: values[f.name] for f in IDENTITY if values[f.name] != f.default}
+    armature = armature_of(face)
+    if armature is not None and "neck_at" in armature.pose.bones:
+        place_joints(armature, rig, identity)
+    refresh(face)
