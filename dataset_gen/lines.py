@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Buffers, Camera, FaceRig, rasterise
+from facs_rig.anatomy import HAIR_PARTS
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import unhidden
 
@@ -56,7 +57,7 @@ def draw_strokes(
     """
     if detail not in range(len(DETAILS)):
         raise ValueError(f"detail must be 0, 1 or 2, got {detail}")
-    solid = rig.triangle_part != rig.part_names.index("lashes")
+    solid = ~np.isin(rig.triangle_part, [rig.part_names.index(part) for part in HAIR_PARTS])
     triangles = rig.triangles[solid]
     normals = vertex_normals(vertices, rig.triangles, rig.corners)
     finer = float(np.clip(BUFFER / camera.height, 1.0, 1.5))

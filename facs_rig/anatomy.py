@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes")
+PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows")
+HAIR_PARTS = ("lashes", "brows")  # blades: coloured, but no surface to draw contours of
 
 # The neck is cut at y = a + b z of the source data (decimetres): higher at the back.
 NECK_CUT = (5.85, -0.2)
@@ -101,8 +102,8 @@ def _weights(p, a, b, c, area) -> NDArray:
 
 
 # The brow's lower and upper edge on the face's left, from the nose outwards.
-_BROW_LOWER = ((1.15, 0.95), (2.2, 1.25), (3.3, 1.50), (4.2, 1.40), (4.95, 1.05))
-_BROW_UPPER = ((1.10, 1.55), (2.1, 1.75), (3.2, 1.95), (4.2, 1.65), (4.95, 1.08))
+BROW_LOWER = ((1.15, 0.95), (2.2, 1.25), (3.3, 1.50), (4.2, 1.40), (4.95, 1.05))
+BROW_UPPER = ((1.10, 1.55), (2.1, 1.75), (3.2, 1.95), (4.2, 1.65), (4.95, 1.08))
 IRIS_RADIUS, PUPIL_RADIUS = 0.58, 0.24
 
 
@@ -110,7 +111,7 @@ def brow_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArr
     """Lower and upper edge of each brow, bound to the skin: name -> (indices, weights)."""
     out = {}
     for side, sign in (("left", 1), ("right", -1)):
-        for edge, points in (("lower", _BROW_LOWER), ("upper", _BROW_UPPER)):
+        for edge, points in (("lower", BROW_LOWER), ("upper", BROW_UPPER)):
             places = smooth_curve(np.array(points) * [sign, 1], 16) * 0.01 + eyes_middle[:2]
             out[f"brow_{edge}_{side}"] = bind_from_front(places, vertices, triangles, skin)
     return out

@@ -19,6 +19,7 @@ from .strands import (
     Hairs,
     both_sides,
     closest_on_skin,
+    mean_row,
     mirror_cage,
     rows_at,
     scale_to_one,
@@ -98,19 +99,13 @@ class Lids:
         self.skin = rows @ cage
         self.normals = vertex_normals(self.skin, triangles)
         order = ball[np.argsort(cage[ball, 1])]
-        self.height = _mean_row(order[-8:], len(cage)) - _mean_row(order[:8], len(cage))
+        self.height = mean_row(order[-8:], len(cage)) - mean_row(order[:8], len(cage))
         self.edges: list[sp.csr_matrix] = []  # middle of the lower lid's edge, then the upper's
 
     def closing(self, count: int) -> sp.csr_matrix:
         opening = self.edges[1] - self.edges[0]
         share = (opening @ self.cage)[0, 1] / (self.height @ self.cage)[0, 1]
         return sp.csr_matrix(np.ones((count, 1))) @ (opening - share * self.height)
-
-
-def _mean_row(vertices: NDArray, m: int) -> sp.csr_matrix:
-    """(1, m) row of the vertices' mean."""
-    k = len(vertices)
-    return sp.csr_matrix((np.full(k, 1 / k), (np.zeros(k, dtype=int), vertices)), shape=(1, m))
 
 
 # --- the sheets ---

@@ -15,7 +15,8 @@ MATERIALS: dict[str, tuple[tuple[float, float, float, float], float]] = {
     "eyes": ((0.90, 0.89, 0.87, 1.0), 0.20),
     "iris": ((0.16, 0.24, 0.30, 1.0), 0.20),
     "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),
-    "brows": ((0.10, 0.065, 0.045, 1.0), 0.70),
+    "brows": ((0.085, 0.052, 0.036, 1.0), 0.70),
+    "brow_skin": ((0.46, 0.31, 0.235, 1.0), 0.60),
     "teeth": ((0.86, 0.82, 0.74, 1.0), 0.30),
     "lips": ((0.66, 0.36, 0.32, 1.0), 0.40),
     "tongue": ((0.45, 0.13, 0.12, 1.0), 0.40),
@@ -30,8 +31,8 @@ def materials_at(
 ) -> NDArray[np.int32]:
     """Index into MATERIAL_NAMES for each of `points` (k, 3) on the neutral face (n, 3).
 
-    part : (k,) index of the part each point belongs to. Brows, irises and pupils are the areas
-    that the rig's surface strokes enclose, seen from the front.
+    part : (k,) index of the part each point belongs to. The skin under the brows, irises and
+    pupils are the areas that the rig's surface strokes enclose, seen from the front.
     """
     by_part = np.array([MATERIAL_NAMES.index(name) for name in rig.part_names])
     out = by_part[part].astype(np.int32)
@@ -77,7 +78,9 @@ def _drawn_areas(rig: FaceRig, neutral: NDArray) -> Iterator[tuple[str, str, NDA
         for kind in ("iris", "pupil"):
             yield kind, "eyes", rig.stroke_points(neutral, f"{kind}_{side}")[:, :2]
         lower, upper = (rig.stroke_points(neutral, f"brow_{e}_{side}") for e in ("lower", "upper"))
-        yield "brows", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
+        rim = 0.15 * (upper - lower)  # under the hairs, not beside them
+        lower, upper = (lower + rim)[1:-1], (upper - rim)[2:-1]
+        yield "brow_skin", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
     lower, upper = (rig.stroke_points(neutral, f"lip_{edge}") for edge in ("lower", "upper"))
     yield "lips", "skin", np.concatenate([lower, upper[::-1]])[:, :2]
 

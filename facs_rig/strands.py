@@ -6,6 +6,7 @@ skin, so that every control, helper and identity moves hairs without a word abou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,21 +19,23 @@ MM = 1e-3
 
 @dataclass(frozen=True)
 class Hairs:
-    """matrix : sparse (h, cage) rows of the hairs' vertices;  polygons : of hair vertices, flat,
-    with the start of each;  part : index into PART_NAMES."""
+    """matrix : sparse (h, cage) rows of the hairs' vertices
+    polygon_vertices, polygon_starts : of hair vertices, flat, with the start of each
+    part : index into PART_NAMES
+    stands_on : sparse (h, n) rows of the refined vertices under each that creases move, or None
+    """
 
     matrix: sp.csr_matrix
     polygon_vertices: NDArray[np.int64]
     polygon_starts: NDArray[np.int64]
     part: int
+    stands_on: sp.csr_matrix | None = None
 
 
 def both_sides(left: sp.csr_matrix, flat, starts, mirror: NDArray, part: int) -> Hairs:
     """Hairs of the face's left and their mirror image."""
     sizes = np.diff(np.append(starts, len(flat)))
-    turned = np.concatenate(
-        [flat[a : a + n][::-1] for a, n in zip(starts, sizes, strict=True)]
-    )
+    turned = np.concatenate([flat[a : a + n][::-1] for a, n in zip(starts, sizes, strict=True)])
     right = left[:, mirror]
     return Hairs(
         sp.vstack([left, right]).tocsr(),
@@ -110,3 +113,38 @@ def add_hairs(
         ),
         np.append(vertex_part, np.full(hairs.matrix.shape[0], hairs.part)).astype(np.uint8),
     )
+
+
+def carry_hairs(displacements: NDArray, hairs: Sequence[Hairs]) -> None:
+    """Move hairs with what they stand on, in place.
+
+    displacements : (n, 3) of the refined mesh with the `hairs` behind it, in their order
+    """
+    first = len(displacements) - sum(hair.matrix.shape[0] for hair in hairs)
+    for hair in hairs:
+        last = first + hair.matrix.shape[0]
+        if hair.stands_on is not None:
+            displacements[first:last] = (
+                hair.stands_on @ displacements[: hair.stands_on.shape[1]]
+            )
+        first = last
+
+
+def head_axes(cage: NDArray, skin: NDArray) -> sp.csr_matrix:
+    """Rows (3, m) that sum to zero and give the axes x, y and z on the default face.
+
+    They are made of far points of the skull that no expression moves, so that a vector of a
+    millimetre stays one, and grows and turns with the head. skin : the cage's skin vertices.
+    """
+    upper = skin[cage[skin, 1] > cage[skin, 1].max() - 0.09]  # above the ears
+    groups = [upper[np.argsort(cage[upper] @ way)[-6:]]
+              for way in np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1)])]  # fmt: skip
+    points = sp.vstack([mean_row(group, len(cage)) for group in groups])
+    solve = np.linalg.inv(np.column_stack([points @ cage, np.ones(4)]))
+    return sp.csr_matrix(solve[:3]) @ points
+
+
+def mean_row(vertices: NDArray, m: int) -> sp.csr_matrix:
+    """(1, m) row of the vertices' mean."""
+    k = len(vertices)
+    return sp.csr_matrix((np.full(k, 1 / k), (np.zeros(k, dtype=int), vertices)), shape=(1, m))

@@ -1,5 +1,5 @@
-"""What moves in its own way: eyeballs stay round, lashes stick to lids, teeth stay put, the skull
-has no small shapes."""
+"""What moves in its own way: eyeballs stay round, hairs stick to the skin, teeth stay put, the
+skull has no small shapes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, FaceRig
+from facs_rig.anatomy import HAIR_PARTS
 
 __all__ = ["carry_parts", "even_skull"]
 
@@ -25,8 +26,8 @@ def carry_parts(
 ) -> NDArray[np.float64]:
     """Offsets for every vertex, made from those of the skin.
 
-    Each eyeball moves as a whole by the mean offset of the lid skin around it, lashes take the
-    offset of the nearest skin, and teeth do not move.
+    Each eyeball moves as a whole by the mean offset of the lid skin around it, lashes and brows
+    take the offset of the nearest skin, and teeth do not move.
 
     Parameters
     ----------
@@ -43,9 +44,9 @@ def carry_parts(
     if len(skin) == 0:
         return result
     tree = cKDTree(vertices[skin])
-    lashes = np.flatnonzero(rig.parts["lashes"])
-    if len(lashes):
-        result[lashes] = offsets[skin[tree.query(vertices[lashes])[1]]]
+    hair = np.flatnonzero(np.any([rig.parts[part] for part in HAIR_PARTS], axis=0))
+    if len(hair):
+        result[hair] = offsets[skin[tree.query(vertices[hair])[1]]]
     for eye in eyeballs(rig):
         centre = (vertices[eye].min(axis=0) + vertices[eye].max(axis=0)) / 2
         radius = np.linalg.norm(vertices[eye] - centre, axis=1).max()

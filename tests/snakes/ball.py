@@ -41,7 +41,7 @@ class Ball:
         self.n_vertices = len(self.vertices)
         nothing = np.zeros(self.n_vertices, dtype=bool)
         self.parts = {"skin": ~nothing}
-        self.parts |= {name: nothing for name in ("eyes", "teeth", "tongue", "lashes")}
+        self.parts |= {name: nothing for name in ("eyes", "teeth", "tongue", "lashes", "brows")}
         # All landmarks at the top: a ball is face all over, no skull lies above its brows.
         self.landmarks = np.full(len(LANDMARKS), top, dtype=np.int32)
         self.strokes: dict = {}

@@ -1,0 +1,132 @@
+"""Brows as hairs: thin ribbons that lie on the skin between the brow's lower and upper edge.
+
+They stand up at the inner end, turn outwards along the brow, and lie along it at the tail; those
+from below slant up and those from above slant down, so that they meet along the brow's ridge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from .anatomy import BROW_LOWER, BROW_UPPER, PART_NAMES, bind_from_front, smooth_curve
+from .mesh import vertex_normals
+from .strands import MM, Hairs, both_sides, head_axes, mirror_cage, rows_at
+
+SEED = 21
+COUNT, ROWS = 120, 5  # hairs of a brow, and the rows between its edges in which they grow
+# Along the brow, from the nose outwards:
+STOPS = (0.0, 0.10, 0.25, 0.5, 0.75, 1.0)
+FROM_BELOW = (84.0, 74.0, 55.0, 33.0, 17.0, 6.0)  # degrees above the brow's own direction
+FROM_ABOVE = (72.0, 48.0, 14.0, -7.0, -13.0, -6.0)
+LENGTH = (4.6, 6.0, 8.0, 8.8, 7.5, 4.5)  # millimetres
+WIDTH = 0.27  # millimetres at the root
+OVER = 0.35  # millimetres that hairs may stand over the brow's edge
+# A hair's sections: where along it, width as a share, millimetres above the skin.
+SECTIONS = ((0.0, 1.0, 0.15), (0.4, 0.9, 0.45), (0.75, 0.6, 0.45))
+TIP_LIFT = 0.35
+
+
+def brows(cage: NDArray, rows: sp.csr_matrix, triangles: NDArray, eyes_middle: NDArray) -> Hairs:
+    """The hairs of both brows.
+
+    cage : (m, 3) metres of the default face;  rows : sparse (n, m), the refined mesh;
+    triangles : (t, 3) its skin;  eyes_middle : (3,) between the eyeballs' centres
+    """
+    rng = np.random.default_rng(SEED)
+    places = np.concatenate([_outline(*hair, rng) for hair in _roots(rng)])  # centimetres
+    skin = rows @ cage
+    allowed = np.zeros(len(skin), dtype=bool)
+    allowed[triangles] = True
+    index, weight = bind_from_front(0.01 * places + eyes_middle[:2], skin, triangles, allowed)
+    normals = np.einsum("kc,kcd->kd", weight, vertex_normals(skin, triangles)[index])
+    lift = MM * np.tile([s[2] for s in SECTIONS for _ in range(2)] + [TIP_LIFT], COUNT)
+    axes = head_axes(cage, np.unique(rows[np.unique(triangles)].indices))
+    left = rows_at(rows, index, weight) + sp.csr_matrix(lift[:, None] * normals) @ axes
+    flat, starts = _ribbons(COUNT, len(SECTIONS))
+    hairs = both_sides(left.tocsr(), flat, starts, mirror_cage(cage), PART_NAMES.index("brows"))
+    return replace(hairs, stands_on=_on_both_sides(index, weight, skin))
+
+
+def _on_both_sides(index: NDArray, weight: NDArray, skin: NDArray) -> sp.csr_matrix:
+    """Rows (2 h, n) of the skin under hairs (h, 3) of the left and their mirror images."""
+    mirrored = cKDTree(skin).query(skin * [-1, 1, 1])[1][index]
+    rows = np.arange(2 * len(index)).repeat(3)
+    columns = np.concatenate([index, mirrored]).ravel()
+    return sp.csr_matrix((np.tile(weight.ravel(), 2), (rows, columns)), (2 * len(index), len(skin)))
+
+
+def _edges() -> tuple[NDArray, NDArray]:
+    """Lower and upper edge (200, 2) of the left brow, centimetres."""
+    lower, upper = (smooth_curve(np.array(points), 200) for points in (BROW_LOWER, BROW_UPPER))
+    return lower, upper
+
+
+def _roots(rng: np.random.Generator) -> list[tuple[float, float]]:
+    """(along, across) of each root, 0..1 from the nose outwards and from the lower edge up."""
+    lower, upper = _edges()
+    breadth = np.linalg.norm(upper - lower, axis=1) + 0.12
+    share = np.concatenate([[0], np.cumsum(breadth[1:])])
+    out = []
+    for k in range(COUNT):
+        row = k % ROWS
+        at = (k + 0.5 + rng.uniform(-1.2, 1.2)) / COUNT
+        along = np.interp(np.clip(at, 0, 1), share / share[-1], np.linspace(0, 1, 200))
+        across = (row + rng.uniform(0.1, 0.7)) / ROWS
+        along = max(0.95 * along, 0.07 * (across - 0.3)) + rng.uniform(0, 0.012)  # a rounded end
+        out.append((float(along), float(across)))
+    return out
+
+
+def _outline(along: float, across: float, rng: np.random.Generator) -> NDArray:
+    """(7, 2) right and left side of each section of one hair and its tip, centimetres."""
+    lower, upper = _edges()
+    middle = (lower + upper) / 2
+    k = int(along * 199)
+    root = lower[k] + across * (upper[k] - lower[k])
+    below, above = (np.interp(along, STOPS, a) for a in (FROM_BELOW, FROM_ABOVE))
+    spread = 6 + 8 * max(0.0, 1 - 8 * along)
+    slant = np.radians(below + across * (above - below) + rng.normal(0, spread))
+    length = 0.1 * np.interp(along, STOPS, LENGTH) * rng.uniform(0.8, 1.1)
+    tangent = np.gradient(middle, axis=0)
+    heading = np.arctan2(tangent[:, 1], tangent[:, 0])
+
+    def path(length: float) -> tuple[NDArray, NDArray]:
+        points, angles, place = [root], [], root
+        for step in range(12):
+            near = np.argmin(np.abs(middle[:, 0] - place[0]))
+            angle = heading[near] + slant * (1.25 - 0.55 * step / 11)
+            place = place + length / 12 * np.array([np.cos(angle), np.sin(angle)])
+            points.append(place)
+            angles.append(angle)
+        return np.array(points), np.array([*angles, angles[-1]])
+
+    points, angles = path(length)
+    for _ in range(12):  # no longer than to the upper edge
+        top = np.interp(points[-1, 0], upper[:, 0], upper[:, 1])
+        bottom = np.interp(points[-1, 0], lower[:, 0], lower[:, 1])
+        if bottom - 0.1 * OVER < points[-1, 1] < top + 0.1 * OVER:
+            break
+        length *= 0.9
+        points, angles = path(length)
+    out = []
+    for at, width, _ in SECTIONS:
+        step = round(at * 12)
+        normal = np.array([-np.sin(angles[step]), np.cos(angles[step])])
+        out += [points[step] - s * 0.05 * WIDTH * width * normal for s in (1, -1)]
+    return np.array([*out, points[-1]])
+
+
+def _ribbons(count: int, sections: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Polygons of hairs with sections of two vertices each (right, left) and a tip."""
+    polygons = []
+    for base in np.arange(count) * (2 * sections + 1):
+        for s in range(sections):
+            r, left = base + 2 * s, base + 2 * s + 1
+            polygons.append([r, r + 2, left + 2, left] if s + 1 < sections else [r, left + 1, left])
+    starts = np.concatenate([[0], np.cumsum([len(p) for p in polygons])[:-1]])
+    return np.array([v for p in polygons for v in p]), starts
