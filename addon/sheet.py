@@ -20,13 +20,13 @@ Picture = NDArray[np.uint8]  # (h, w, 3)
 
 LEVELS = (0.0, 2.5, 5.0)
 KINDS = ("shaded", "drawn")
-VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned
+VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned to its own left
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 SIZE = 160  # pixels, the height of a face
-WIDTH = 0.8  # of a face's picture, as a share of its height
+WIDTH = 0.84  # of a face's picture, as a share of its height
 SMALLEST, LARGEST = 48, 1024
 # The close-up: from the hairline to under an open mouth, as shares of forehead to chin.
-ABOVE, BELOW = 0.2, 0.2
+ABOVE, BELOW = 0.16, 0.18
 INK, GREY = "#202020", "#707070"
 PAGE_RATIO = 1.2  # height to width that a sheet tries to have
 
@@ -34,44 +34,44 @@ PAGE_RATIO = 1.2  # height to width that a sheet tries to have
 # --- one face -------------------------------------------------------------------------------------
 
 
-def seen_from(vertices: NDArray, view: str) -> NDArray[np.float32]:
-    """Vertices (n, 3) of the whole head turned stiffly, so that a camera sees it from `view`."""
-    turning = rotation((np.radians(VIEWS[view]), 0.0, 0.0))
+def seen_from(vertices: NDArray, yaw: float) -> NDArray[np.float32]:
+    """Vertices (n, 3) of the whole head turned stiffly by `yaw` degrees to the face's own left."""
+    turning = rotation((np.radians(yaw), 0.0, 0.0))
     return (np.asarray(vertices) @ turning.T).astype(np.float32)
 
 
 def close_up(
-    rig: FaceRig, view: str = "front", size: int = SIZE, identity: Mapping[str, float] | None = None
+    rig: FaceRig, yaw: float = 0.0, size: int = SIZE, identity: Mapping[str, float] | None = None
 ) -> Camera:
     """A camera that fills a picture of `size` pixels' height with the face, without the crown."""
     neutral = rig.neutral(identity)
     place = landmark_points(rig, neutral)
     top, bottom = place["forehead"][1], place["chin"][1]
     height = top - bottom
+    front = (neutral[:, 1] > bottom) & (neutral[:, 1] < top) & (neutral[:, 2] > 0.02)
+    x = seen_from(neutral[front], yaw)[:, 0]
     top, bottom = top + ABOVE * height, bottom - BELOW * height
-    turned = seen_from(neutral, view)
-    x = turned[(neutral[:, 1] > place["chin"][1]) & (neutral[:, 1] < place["forehead"][1])][:, 0]
     pixels = size / (top - bottom)
     width = round(WIDTH * size)
     centre = (width / 2 - pixels * (x.min() + x.max()) / 2, pixels * top)
     return Camera(width, size, (pixels, pixels), (float(centre[0]), float(centre[1])))
 
 
-def whole_head(
-    rig: FaceRig, people: Sequence[Mapping[str, float]], size: int, view: str = "front"
-) -> Camera:
-    """One camera for the whole heads of several people, so that their sizes can be compared."""
-    heads = [rig.neutral(who) for who in people]
-    cut = [head[head[:, 1] > landmark_points(rig, head)["chin"][1] - 0.03] for head in heads]
-    points = seen_from(np.concatenate(cut), view)
-    return Camera.framing(points, round(WIDTH * size), size, 0.02)
+def whole_head(rig: FaceRig, faces: Sequence[FaceParameters], size: int) -> Camera:
+    """One camera for the whole heads of several faces, so that their sizes can be compared."""
+    heads = []
+    for face in faces:
+        upright = rig.neutral(face.identity)
+        kept = upright[:, 1] > landmark_points(rig, upright)["chin"][1] - 0.03
+        heads.append(rig.turn(upright, face)[kept])
+    return Camera.framing(np.concatenate(heads), round(WIDTH * size), size, 0.02)
 
 
 def face_picture(
-    rig: FaceRig, parameters: FaceParameters, camera: Camera, kind: str, view: str = "front"
+    rig: FaceRig, parameters: FaceParameters, camera: Camera, kind: str, yaw: float = 0.0
 ) -> Picture:
     """(h, w, 3) a posed face, `shaded` or `drawn`, on the colour of paper."""
-    vertices = seen_from(rig.pose(parameters), view)
+    vertices = seen_from(rig.pose(parameters), yaw)
     if kind == "shaded":
         return paint(rig, vertices, camera, dict(parameters.identity))
     strokes = draw_strokes(rig, vertices, camera, detail=1)
@@ -115,16 +115,21 @@ def _fitting(draw: ImageDraw.ImageDraw, text: str, letters, room: float) -> str:
     return text.rstrip(" ,") + "…" if text else ""
 
 
-def captioned(picture: Picture, text: str, size: float = 13) -> Picture:
-    """A picture with a centred line of text under it."""
-    page = Image.fromarray(blank(picture.shape[1], round(1.6 * size)))
-    draw = ImageDraw.Draw(page)
-    place = (page.width / 2, page.height / 2)
-    letters = font(size)
-    while draw.textlength(text, font=letters) > page.width and size > 7:
-        size -= 1
-        letters = font(size)
-    draw.text(place, text, fill=INK, font=letters, anchor="mm")
+def captioned(picture: Picture, text: str, size: float = 13, lines: int = 1) -> Picture:
+    """A picture with centred text under it, in at most so many `lines`."""
+    width, height = picture.shape[1], round(1.3 * size)
+    page = Image.fromarray(blank(width, round(lines * height + 0.5 * size)))
+    draw, letters = ImageDraw.Draw(page), font(size)
+    rows = [""]
+    for word in text.split():
+        longer = f"{rows[-1]} {word}".strip()
+        if draw.textlength(longer, font=letters) < width or len(rows) == lines:
+            rows[-1] = longer
+        else:
+            rows.append(word)
+    for k, row in enumerate(rows):
+        row = _fitting(draw, row, letters, width)
+        draw.text((width / 2, (k + 0.6) * height), row, fill=INK, font=letters, anchor="mm")
     return np.concatenate([picture, np.asarray(page)])
 
 
@@ -168,32 +173,35 @@ def contact_sheet(
 
     names : controls, in any order;  kinds : rows of each control;  size : pixels, a face's height
     identity : who wears the expressions;  columns : controls beside each other (chosen if None)
+    Turned faces show the side that acts.
     Raises ValueError for unknown names, kinds, views and sizes.
     """
     _check(names, kinds, view, size)
     who = dict(identity or {})
-    camera = close_up(rig, view, size, who)
-    work, done = len(kinds) * (1 + (len(LEVELS) - 1) * len(names)), 0
+    chosen = [control for control in CONTROLS if control.name in names]
+    yaws = {c.name: VIEWS[view] * (-1 if c.side == "left" else 1) for c in chosen}
+    cameras = {yaw: close_up(rig, yaw, size, who) for yaw in sorted(set(yaws.values()))}
+    work, done = len(kinds) * (len(cameras) + (len(LEVELS) - 1) * len(chosen)), 0
 
-    def picture(aus: Mapping[str, float], kind: str) -> Picture:
+    def picture(aus: Mapping[str, float], kind: str, yaw: float) -> Picture:
         nonlocal done
-        made = face_picture(rig, FaceParameters(aus, who), camera, kind, view)
+        made = face_picture(rig, FaceParameters(aus, who), cameras[yaw], kind, yaw)
         done += 1
         if progress:
             progress(done, work)
         return made
 
-    rest = {kind: picture({}, kind) for kind in kinds}
-    chosen = [control for control in CONTROLS if control.name in names]
+    rest = {(kind, yaw): picture({}, kind, yaw) for kind in kinds for yaw in cameras}
     gap = max(8, size // 10)
     groups = {}
     for region, title in REGIONS.items():
         blocks = []
         for control in (c for c in chosen if c.region == region):
-            rows = []
+            rows, yaw = [], yaws[control.name]
             for kind in kinds:
-                levels = [picture({control.name: v}, kind) if v else rest[kind] for v in LEVELS]
-                rows.append(np.concatenate(levels, axis=1))
+                levels = [picture({control.name: v}, kind, yaw) if v else rest[kind, yaw]
+                          for v in LEVELS]  # fmt: skip
+                rows.append(grid(levels, len(LEVELS), gap=max(2, size // 32)))
             blocks.append(np.concatenate([_heading(control, rows[0].shape[1], size), *rows]))
         if blocks:
             groups[title] = blocks

@@ -160,7 +160,7 @@ PEOPLE = {
 def identities() -> None:
     """The same smile on different people."""
     rig = load_rig()
-    camera = whole_head(rig, list(PEOPLE.values()), 230)
+    camera = whole_head(rig, [FaceParameters({}, who) for who in PEOPLE.values()], 230)
     rows = []
     for aus, kind in (({}, "shaded"), ({"smile": 4.5}, "shaded"), ({"smile": 4.5}, "drawn")):
         row = [face_picture(rig, FaceParameters(aus, who), camera, kind)
@@ -174,9 +174,11 @@ def identities() -> None:
 def features() -> None:
     """Every feature of the identity at its two ends."""
     rig, size = load_rig(), 150
-    camera = whole_head(rig, [{}, {"head_width": 1.0}, {"head_height": 1.0}], size)
+    largest = [FaceParameters({}, {name: 1.0}) for name in ("head_width", "head_height")]
+    head, face = whole_head(rig, largest, size), close_up(rig, size=size)
     blocks = []
     for feature in FEATURES:
+        camera = head if feature.low.split("/")[0] in ("head", "forehead", "ears", "neck") else face
         ends = [face_picture(rig, FaceParameters({}, {feature.name: v}), camera, "shaded")
                 for v in (feature.minimum, feature.maximum)]  # fmt: skip
         blocks.append(captioned(np.concatenate(ends, axis=1), feature.name))
@@ -210,22 +212,22 @@ def gaze() -> None:
     save("face_gaze.png", grid(blocks, 3, gap=10))
 
 
-def faces_of(expressions: dict[str, FaceParameters], columns: int, size: int = 220) -> Picture:
+def faces_of(expressions: dict[str, FaceParameters], columns: int = 7, size: int = 200,
+             lines: int = 1) -> Picture:  # fmt: skip
     """Captioned close-ups, shaded over drawn."""
     rig = load_rig()
     blocks = []
     for text, face in expressions.items():
         camera = close_up(rig, size=size, identity=dict(face.identity))
         both = [face_picture(rig, face, camera, kind) for kind in ("shaded", "drawn")]
-        blocks.append(captioned(np.concatenate(both), text))
+        blocks.append(captioned(np.concatenate(both), text, 12, lines))
     return grid(blocks, columns, gap=6)
 
 
 def one_sided() -> None:
     """What the face does on one side, at full natural activation."""
     names = [c.name for c in CONTROLS if c.side != "both"]
-    save("face_one_sided.png",
-         faces_of({n: FaceParameters({n: FULL_INTENSITY}) for n in names}, 7, 200))  # fmt: skip
+    save("face_one_sided.png", faces_of({n: FaceParameters({n: FULL_INTENSITY}) for n in names}))
 
 
 def ten_at_random(rng: np.random.Generator) -> dict[str, float]:
@@ -238,13 +240,13 @@ def random_faces() -> None:
     """Random expressions as the button makes them, and any ten controls at random."""
     rng = np.random.default_rng(7)
     likely = {}
-    for _ in range(14):
+    for _ in range(10):
         aus = random_expression(rng)
         likely[", ".join(f"{n} {v:g}" for n, v in aus.items())] = FaceParameters(aus)
-    save("face_random.png", faces_of(likely, 7, 200))
-    save("face_ten.png", faces_of(
-        {f"ten at random, {k}": FaceParameters(ten_at_random(np.random.default_rng(k)))
-         for k in range(14)}, 7, 200))  # fmt: skip
+    save("face_random.png", faces_of(likely, 5, 230, lines=4))
+    chance = [ten_at_random(np.random.default_rng(k)) for k in range(14)]
+    save("face_ten.png", faces_of({f"ten at random, {k}": FaceParameters(aus)
+                                   for k, aus in enumerate(chance)}))  # fmt: skip
 
 
 EXTREMES = (
@@ -256,7 +258,7 @@ EXTREMES = (
 def extremes() -> None:
     """Beyond nature: 10 on the scale; and the strongest expressions on the farthest identities."""
     beyond = {f"{name} 10": FaceParameters({name: 10.0}) for name in EXTREMES}
-    save("face_beyond.png", faces_of(beyond, 7, 200))
+    save("face_beyond.png", faces_of(beyond))
     strong = {
         "smile": {"smile": 5.0, "outer_squint": 4.0},
         "anger": {"brow_furrow": 5.0, "lid_raise": 3.0, "lip_lock": 4.0, "wince": 2.0},
@@ -266,26 +268,28 @@ def extremes() -> None:
         "blink": {"blink": 5.0},
         "jaw open": {"jaw_open": 5.0},
     }  # fmt: skip
-    rig, rows = load_rig(), []
+    rig, size = load_rig(), 190
+    rows = []
     for name, who in PEOPLE.items():
-        camera = close_up(rig, size=200, identity=who)
+        camera = close_up(rig, size=size, identity=who)
         row = [face_picture(rig, FaceParameters(aus, who), camera, "shaded")
                for aus in strong.values()]  # fmt: skip
-        rows.append(captioned(np.concatenate(row, axis=1), f"{name}: {', '.join(strong)}"))
-    save("face_extremes.png", grid(rows, 1, gap=6))
+        rows.append(captioned(np.concatenate(row, axis=1), name, 14))
+    wide = np.full((1, rows[0].shape[1] // len(strong), 3), PAPER, np.uint8)
+    heading = np.concatenate([captioned(wide, name, 14) for name in strong], axis=1)
+    save("face_extremes.png", np.concatenate([heading, *rows]))
 
 
 def turned() -> None:
     """The whole head from all sides, at rest."""
     rig = load_rig()
-    who: dict[str, float] = {}
-    camera = whole_head(rig, [who], 300)
-    views = []
-    for kind in KINDS:
-        for yaw in np.radians([-90, -45, 0, 45, 90]):
-            face = FaceParameters({}, who, (0.6 * yaw, 0.0, 0.0), (0.4 * yaw, 0.0, 0.0))
-            views.append(face_picture(rig, face, camera, kind))
-    save("face_turned.png", grid(views, 5))
+    yaws = np.radians([-80, -40, 0, 40, 80])
+    faces = [FaceParameters({}, {}, (0.6 * yaw, 0.0, 0.0), (0.4 * yaw, 0.0, 0.0)) for yaw in yaws]
+    camera = whole_head(rig, faces, 300)
+    rows = [grid([face_picture(rig, face, camera, kind) for face in faces], 5) for kind in KINDS]
+    inked = np.flatnonzero(np.any(rows[-1] != PAPER, axis=(1, 2)))
+    top, bottom = max(inked[0] - 10, 0), inked[-1] + 40  # the shaded neck is longer
+    save("face_turned.png", np.concatenate([row[top:bottom] for row in rows]))
 
 
 # --- data and fits --------------------------------------------------------------------------------
