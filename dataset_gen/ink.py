@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +64,7 @@ def loosen(strokes: Iterable[Stroke], style: Style, rng: np.random.Generator) ->
                     rng.normal(size=points.shape), 12, axis=0, mode="nearest"
                 ) + 0.15 * rng.normal(size=(1, 2))
                 points = points + style.wobble * 3.0 * noise
-            out.append(Stroke(points, stroke.strength, stroke.kind))
+            out.append(replace(stroke, points=points))
     return out
 
 
@@ -80,7 +80,7 @@ def ink(
         if stroke.kind == "pupil" and len(stroke.points) > 8:
             draw.polygon([tuple(p) for p in stroke.points * s], fill=0)
         points = stroke.points * s
-        local = style.width * s * (1 - style.fading * (1 - stroke.strength))
+        local = style.width * stroke.width * s * (1 - style.fading * (1 - stroke.strength))
         step = max(1, int(2 / max(np.median(np.abs(np.diff(stroke.points, axis=0))), 0.2)))
         for a in range(0, len(points) - 1, step):
             b = min(a + step, len(points) - 1)

@@ -9,6 +9,7 @@ through the triangles by linear interpolation and chained into strokes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,9 @@ from numpy.typing import NDArray
 
 from facs_rig import Buffers, Camera, FaceRig, rasterise
 from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.curves import Curves
 from facs_rig.mesh import vertex_normals
+from facs_rig.parameters import nearest
 from facs_rig.raster import unhidden
 
 DETAILS = ("sparse", "medium", "rich")
@@ -27,6 +30,8 @@ LEAST_ANGLE = 18.0
 DEPTH_BIAS = 0.0015  # metres
 BUFFER = 384  # pixels: small pictures get a finer depth buffer, up to 1.5 times
 SHORTEST = 3.0  # pixels, strokes below are left out
+HAIR_GAP = 2.2  # pixels between hairs that are drawn
+MOST_OF_A_HAIR = 5  # points that a hair of lashes and brows has at most
 
 
 @dataclass(frozen=True)
@@ -34,12 +39,13 @@ class Stroke:
     """One line of a drawing.
 
     points : (k, 2) float, pixels (u, v)        strength : (k,) float 0..1, fading toward 0
-    kind : contour, suggestive, brow, iris, pupil, lip
+    kind : contour, suggestive or the layer it belongs to        width : share of a line's width
     """
 
     points: NDArray
     strength: NDArray
     kind: str
+    width: float = 1.0
 
 
 def draw_strokes(
@@ -53,33 +59,48 @@ def draw_strokes(
     """All visible strokes of a posed face, in pixels of `camera`.
 
     vertices : (n, 3) metres, from `rig.pose`;  detail : 0, 1 or 2, an index into DETAILS;
-    layers : which surface strokes to add.
+    layers : which surface strokes to add: those of rig.strokes by the first word of their name,
+    and any of rig.curves. Hair hides what lies behind it.
+
+    Raises ValueError for an unknown layer.
     """
     if detail not in range(len(DETAILS)):
         raise ValueError(f"detail must be 0, 1 or 2, got {detail}")
+    known = {name.split("_")[0] for name in rig.strokes} | set(rig.curves)
+    for layer in set(layers) - known:
+        raise ValueError(f"no layer '{layer}'{nearest(layer, tuple(sorted(known)))}")
     solid = ~np.isin(rig.triangle_part, [rig.part_names.index(part) for part in HAIR_PARTS])
     triangles = rig.triangles[solid]
     normals = vertex_normals(vertices, rig.triangles, rig.corners)
     finer = float(np.clip(BUFFER / camera.height, 1.0, 1.5))
     size = round(camera.width * finer), round(camera.height * finer)
     fine = camera.cropped(0, 0, camera.width, camera.height, *size)
-    if buffers is None:
-        buffers = rasterise(vertices, triangles, fine)
+    curves = {layer: rig.curves[layer] for layer in layers if layer in rig.curves}
+    places = {layer: curve.points(vertices) for layer, curve in curves.items()}
+    shells = [(places[layer], curve.triangles) for layer, curve in curves.items()]
+    if buffers is None or any(len(shell) for _, shell in shells):
+        buffers = rasterise(*_behind_hair(vertices, triangles, shells), fine)
     view = camera.view_vectors(vertices)
     facing = np.einsum("ij,ij->i", normals, view)
 
-    part = rig.triangle_part[solid]
+    eyes = np.flatnonzero(rig.triangle_part[solid] == rig.part_names.index("eyes"))
 
-    def trace(kind: str, points: NDArray, strength: NDArray, lines: list[NDArray]) -> list[Stroke]:
+    def trace(
+        kind: str,
+        points: NDArray,
+        strength: NDArray,
+        lines: Sequence[NDArray],
+        widths: Sequence[float] | None = None,
+    ) -> list[Stroke]:
         """What can be seen of polylines given by their point numbers, where they have strength."""
-        places = fine.project(points)
-        seen = unhidden(places, points[:, 2], buffers, DEPTH_BIAS)
+        at = fine.project(points)
+        seen = unhidden(at, points[:, 2], buffers, DEPTH_BIAS)
         if kind in ("iris", "pupil"):  # the lids are thinner than the depth test's bias
-            seen &= part[_triangle_at(places, buffers)] == rig.part_names.index("eyes")
+            seen &= np.isin(_triangle_at(at, buffers), eyes)
         pixels = camera.project(points)
         return [
-            Stroke(pixels[line[run]], strength[line[run]], kind)
-            for line in lines
+            Stroke(pixels[line[run]], strength[line[run]], kind, float(width))
+            for line, width in zip(lines, widths or [1.0] * len(lines), strict=True)
             for run in _runs(_without_dots(seen[line]) & (strength[line] > 0))
             if _length(pixels[line[run]]) > SHORTEST
         ]
@@ -100,9 +121,50 @@ def draw_strokes(
     for name in rig.strokes:
         kind = name.split("_")[0]
         if kind in layers:
-            curve = rig.stroke_points(vertices, name)
-            strokes += trace(kind, curve, np.ones(len(curve)), [np.arange(len(curve))])
+            stroke = rig.stroke_points(vertices, name)
+            strokes += trace(kind, stroke, np.ones(len(stroke)), [np.arange(len(stroke))])
+    for layer, curve in curves.items():
+        shell, points = curve.triangles, places[layer]
+        if len(shell):
+            outward = vertex_normals(points, shell)
+            facing = np.einsum("ij,ij->i", outward, camera.view_vectors(points))
+            outline, strength, segments = zero_set(points, shell, facing, np.ones(len(points)))
+            strokes += trace(layer, outline, strength, chains(segments))
+        chosen = _spaced(curve, camera.project(points))
+        strokes += trace(
+            layer,
+            points[curve.places],
+            curve.strength,
+            [np.arange(line.start, line.stop) for line in (curve.lines()[k] for k in chosen)],
+            [curve.width[k] for k in chosen],
+        )
     return strokes
+
+
+def _behind_hair(
+    vertices: NDArray, triangles: NDArray, shells: list[tuple[NDArray, NDArray]]
+) -> tuple[NDArray, NDArray]:
+    """The face's triangles with hair after them, which hides what is behind it from both sides."""
+    for points, shell in shells:
+        both = np.concatenate([shell, shell[:, ::-1]]) + len(vertices)
+        triangles = np.concatenate([triangles, both.astype(triangles.dtype)])
+        vertices = np.concatenate([vertices, points])
+    return vertices, triangles
+
+
+def _spaced(curve: Curves, pixels: NDArray) -> list[int]:
+    """Which lines of a layer to draw: so many hairs that they stand HAIR_GAP pixels apart.
+
+    Long lines are always drawn; hairs too close to each other would run into one blot.
+    """
+    lines = curve.lines()
+    hairs = [k for k, line in enumerate(lines) if line.stop - line.start <= MOST_OF_A_HAIR]
+    if len(hairs) < 3:
+        return list(range(len(lines)))
+    roots = pixels[curve.places[curve.starts[hairs]]]
+    gap = float(np.median(np.linalg.norm(np.diff(roots, axis=0), axis=1)))
+    step = max(1, int(np.ceil(HAIR_GAP / max(gap, 1e-6))))
+    return sorted(set(range(len(lines))) - set(hairs) | set(hairs[:: step]))
 
 
 def radial_curvature(

@@ -118,14 +118,14 @@ def brow_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArr
 
 
 # The border of the lips, from the middle to the corner on the face's left.
-_LIP_UPPER = ((0.0, -5.82), (0.42, -5.66), (1.0, -5.98), (1.65, -6.42), (2.18, -6.82))
-_LIP_LOWER = ((0.0, -7.95), (0.6, -7.88), (1.2, -7.62), (1.75, -7.22), (2.18, -6.86))
+LIP_UPPER = ((0.0, -5.82), (0.42, -5.66), (1.0, -5.98), (1.65, -6.42), (2.18, -6.82))
+LIP_LOWER = ((0.0, -7.95), (0.6, -7.88), (1.2, -7.62), (1.75, -7.22), (2.18, -6.86))
 
 
 def lip_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArray, NDArray]]:
     """The border of the upper and the lower lip, bound to the skin: name -> (indices, weights)."""
     out = {}
-    for name, points in (("lip_upper", _LIP_UPPER), ("lip_lower", _LIP_LOWER)):
+    for name, points in (("lip_upper", LIP_UPPER), ("lip_lower", LIP_LOWER)):
         half = np.array(points)
         whole = np.concatenate([half[:0:-1] * [-1, 1], half])
         places = smooth_curve(whole, 33) * 0.01 + eyes_middle[:2]

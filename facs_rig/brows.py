@@ -130,3 +130,14 @@ def _ribbons(count: int, sections: int) -> tuple[NDArray[np.int64], NDArray[np.i
             polygons.append([r, r + 2, left + 2, left] if s + 1 < sections else [r, left + 1, left])
     starts = np.concatenate([[0], np.cumsum([len(p) for p in polygons])[:-1]])
     return np.array([v for p in polygons for v in p]), starts
+
+
+def brow_lines(first: int) -> list[tuple[NDArray, NDArray]]:
+    """Indices and weights (k, 3) of every hair's middle line, for hairs from vertex `first` on."""
+    out = []
+    for base in first + np.arange(2 * COUNT) * (2 * len(SECTIONS) + 1):
+        sides = base + 2 * np.arange(len(SECTIONS))
+        tip = base + 2 * len(SECTIONS)
+        index = np.array([*((r, r + 1, r) for r in sides), (tip, tip, tip)])
+        out.append((index, np.tile([0.5, 0.5, 0.0], (len(index), 1))))
+    return out

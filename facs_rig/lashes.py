@@ -27,6 +27,7 @@ from .strands import (
 )
 
 SEED = 20
+SECTIONS = 3  # of a lash between root and tip, with three corners each
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,28 @@ def lashes(
     left = sp.vstack(rows).tocsr()
     flat, starts = tubes(rings)
     return both_sides(left, flat, starts, mirror_cage(cage), PART_NAMES.index("lashes"))
+
+
+def lash_lines(first: int) -> tuple[list, list, list]:
+    """Lines for drawing, for lashes from vertex `first` on, each with indices and weights (k, 3):
+    the upper lids' edges, the upper lashes, the lower lashes."""
+    edges, uppers, lowers = [], [], []
+    base = first
+    for _ in range(2):
+        for row, lines in ((LOWER, lowers), (UPPER, uppers)):
+            for _ in range(row.count):
+                lines.append(_middle_line(base, SECTIONS))
+                base += 3 * SECTIONS + 1
+            if row.line:
+                edges.append(_middle_line(base, row.count))
+                base += 3 * row.count + 1
+    return edges, uppers, lowers
+
+
+def _middle_line(base: int, sections: int) -> tuple[NDArray, NDArray]:
+    corners = base + np.arange(3 * sections).reshape(-1, 3)
+    index = np.concatenate([corners, np.full((1, 3), base + 3 * sections)])
+    return index, np.full(index.shape, 1 / 3)
 
 
 class Lids:
@@ -271,7 +294,7 @@ def _lash_rows(
         blocks += _ring(centre, sp.diags(width * share / 2), aside, bent)
     blocks.append(p2)
     order = np.arange(len(blocks) * k).reshape(len(blocks), k).T.ravel()
-    rows, blades = sp.vstack(blocks).tocsr()[order], [(3, 3)] * k
+    rows, blades = sp.vstack(blocks).tocsr()[order], [(SECTIONS, 3)] * k
     if lash.line:
         way = np.argsort(along)
         taper = np.minimum(1, 4 * np.minimum(along, 1 - along) + 0.25)

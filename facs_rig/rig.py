@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
 from .controls import CONTROL_NAMES, FULL_INTENSITY
+from .curves import read_curves
 from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
@@ -39,6 +40,7 @@ class FaceRig:
     vertex_part : (n,) uint8, index into part_names      mirror : (n,) int32
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
     strokes : name -> (vertex indices (k, 3), weights (k, 3)) of brows and irises on the surface
+    curves : layer -> lines for drawing (see facs_rig.curves): hairs of brows and lashes, hair, ...
     keys : the shape keys whose values pose the face, the 47 controls first (see facs_rig.keys)
     weights : (n, 2) float32, how far a vertex follows the head and the neck
     """
@@ -79,6 +81,7 @@ class FaceRig:
         eyes = self.parts["eyes"]
         self._eyes = {"eye_left": np.flatnonzero(eyes & (x > 0)),
                       "eye_right": np.flatnonzero(eyes & (x <= 0))}  # fmt: skip
+        self.curves = read_curves(arrays)
         self.strokes = {
             name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
             for name in arrays
