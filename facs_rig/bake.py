@@ -28,11 +28,14 @@ from .anatomy import (
     eye_curves,
     lip_curves,
 )
-from .controls import ARKIT_NAMES, CONTROLS
+from .brows import brows
+from .controls import ARKIT_NAMES, CONTROLS, Control
 from .creases import crease_displacements, refinement_levels
+from .curves import curve_arrays
 from .identity import ETHNICITIES, FEATURES, macro_targets, target_weights
 from .keys import Key
 from .lashes import lashes
+from .layers import drawing_layers
 from .lids import (
     BLINK_LOWER,
     BLINK_UPPER,
@@ -48,10 +51,20 @@ from .lids import (
     lid_shares,
     measure_opening,
 )
-from .lips import closing, lip_deltas, lip_keys, seam_markers
+from .lips import (
+    PARTING,
+    PRESSED,
+    closing,
+    gaps,
+    lip_deltas,
+    lip_edges,
+    lip_keys,
+    sealed,
+    seam_markers,
+)
 from .mesh import vertex_normals
 from .rotation import rotation
-from .strands import add_hairs
+from .strands import add_hairs, carry_hairs
 from .subdivide import refine, triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
@@ -62,6 +75,8 @@ LOOK_DOWN = 7.0
 JOINTS = ("head", "neck", "l-eye", "r-eye", "mouth")  # as rig.JOINTS; the jaw turns in "mouth"
 SIGNS = {"left": 1, "right": -1}  # of x on the face's own left and right
 EYE_JOINTS = {"left": JOINTS.index("l-eye"), "right": JOINTS.index("r-eye")}
+WHOLE_FACES = len(ETHNICITIES) * 4  # the targets of gender, age and ethnicity come first
+TEETH_NARROWER, TEETH_BACK = 0.92, 0.0015  # share; metres
 ARKIT_LOOK = 28.0  # degrees that the eyes turn at 1 of ARKit's eyeLook units
 PART_GROUPS = {
     "eyes": ("helper-l-eye", "helper-r-eye"),
@@ -69,6 +84,7 @@ PART_GROUPS = {
     "tongue": ("helper-tongue",),
     "lashes": ("helper-l-eyelashes-1", "helper-l-eyelashes-2",
                "helper-r-eyelashes-1", "helper-r-eyelashes-2"),
+    "brows": (),
 }  # fmt: skip
 HEAD_BONES = ("head", "jaw", "levator", "oculi", "orbicularis", "oris", "risorius", "special",
               "temporalis", "tongue", "eye")  # fmt: skip
@@ -129,6 +145,9 @@ def bake(data: Path) -> dict[str, NDArray]:
     base = to_cage @ vertices
     cage_part = np.zeros(m, dtype=np.uint8)
     cage_part[cage_quads] = part[:, None]
+    # The source's teeth shine through the corners of closed lips.
+    teeth = np.flatnonzero(cage_part == PART_NAMES.index("teeth"))
+    base[teeth] = base[teeth] * (TEETH_NARROWER, 1, 1) - (0, 0, TEETH_BACK)
     eye = cage_part == PART_NAMES.index("eyes")
     balls = {side: np.flatnonzero(eye & (sign * base[:m, 0] > 0)) for side, sign in SIGNS.items()}
     for side, ball in balls.items():
@@ -150,22 +169,52 @@ def bake(data: Path) -> dict[str, NDArray]:
     lid_rest = fit_lids(identity, base, plain, m, surface, fields, balls)
     plain = base + np.tensordot(target_weights({}), identity, axes=1)
     skin = triangles[vertex_part[triangles[:, 0]] == PART_NAMES.index("skin")]
-    hairs = lashes(plain[:m], cage_quads, part, matrix, skin)
-    matrix, polygons, vertex_part = add_hairs(matrix, polygons, vertex_part, hairs)
+    hairs = (lashes(plain[:m], cage_quads, part, matrix, skin),
+             brows(plain[:m], matrix, skin, plain[m + 2 : m + 4].mean(axis=0)))  # fmt: skip
+    for hair in hairs:
+        matrix, polygons, vertex_part = add_hairs(matrix, polygons, vertex_part, hair)
     triangles = triangulate(*polygons)
     origin = plain[m + JOINTS.index("head")]
     default = (matrix @ plain[:m]) - origin
     normals = vertex_normals(default, triangles)
+    skin = vertex_part == PART_NAMES.index("skin")
     masks = side_masks(plain[:m] - origin)
+    seam = (plain[:m] - origin)[landmark_lip_line(plain[:m] - origin)]
+    edges = lip_edges(default, normals, skin, seam)
+    names = [c.name for c in CONTROLS]
+    stems = [name.removesuffix("_left").removesuffix("_right") for name in names]
+    whole = [names.index(s) if s in names else k for k, s in enumerate(stems)]  # of both sides
+    movable = cage_part == PART_NAMES.index("skin")
+    apart = lip_deltas(plain[:m] - origin, masks["upper"][:, 0], movable, seam[1])
+
+    def pressed(cage: NDArray) -> NDArray:
+        return gaps(matrix @ cage - origin, edges) + PRESSED
+
+    for k, targets in enumerate(identity[:, :m]):
+        rest = base[:m] if k < WHOLE_FACES else plain[:m]
+        identity[k, :m] = sealed(rest, targets, pressed, apart)
+    plain = base + np.tensordot(target_weights({}), identity, axes=1)
+    default = (matrix @ plain[:m]) - origin
+    normals = vertex_normals(default, triangles)
     controls = np.stack(
         [sum(w * masked(to_cage, target, masks, t) for t, w in c.mix) for c in CONTROLS]
     )
+    for k, c in enumerate(CONTROLS):
+        if c.name.startswith(PARTING) or k != whole[k]:
+            continue
+        closed = sealed(
+            plain[:m], controls[k, :m], lambda cage: np.maximum(pressed(cage), 0), apart
+        )
+        shift = closed - controls[k, :m]
+        for side in (j for j in range(len(CONTROLS)) if whole[j] == k):
+            controls[side, :m] += shift * masks.get(CONTROLS[side].side, 1.0)
+    markers = seam_markers(default, edges)
     arkit = np.stack([to_cage @ target(f"arkit/{name}") for name in ARKIT_NAMES])
     arkit[:, m:] = 0
-    skin = vertex_part == PART_NAMES.index("skin")
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
     keys = [Key(c.name, f"{c.name}*0.2") for c in CONTROLS]
     helpers, moves = [], [controls]
+    lifted = np.zeros((len(CONTROLS), m, 3))  # what the lids add to each control
     for side, field in fields.items():
         shares = measured_shares(side, controls, surface, m, plain, field)
         shares_of_arkit = measured_arkit(side, arkit, surface, m, plain, field)
@@ -174,28 +223,33 @@ def bake(data: Path) -> dict[str, NDArray]:
         deltas = lid_deltas(plain[:m], field)
         arkit[:, :m] *= still
         look_about(arkit, side, plain, balls[side], deltas, shares_of_arkit)
+        for k, c in enumerate(CONTROLS):
+            lifted[k] += shares[1].get(c.name, 0) * deltas[0] + shares[0].get(c.name, 0) * deltas[1]
         helpers += lid_keys(side, *shares)
         moves.append(padded(deltas, len(base)))
-    seam = (plain[:m] - origin)[landmark_lip_line(plain[:m] - origin)]
-    markers = seam_markers(default, normals, skin, seam)
     closings = np.stack([closing(matrix @ c[:m], markers) for c in controls])
     helpers += lip_keys(tuple(c.name for c in CONTROLS), closings)
-    movable = cage_part == PART_NAMES.index("skin")
-    parted = lip_deltas(plain[:m] - origin, masks["upper"][:, 0], movable, seam[1])
-    moves.append(padded(parted, len(base)))
+    moves.append(padded(apart, len(base)))
     keys += helpers
 
-    by_name = {c.name: k for k, c in enumerate(CONTROLS)}
+    mirror = mirror_vertices(default, vertex_part)
+    creased = [c for c in CONTROLS if c.creases]
+
+    def active(c: Control) -> NDArray:
+        """The plain face with the symmetric version of a control at intensity 5."""
+        k = whole[CONTROLS.index(c)]
+        return default + matrix @ (controls[k][:m] + lifted[k])
+
     raised = []
-    for c in (c for c in CONTROLS if c.creases):
+    for c in creased:
         keys.append(Key(f"{c.name}_creases", f"{c.name}*0.2*crease_gain"))
-        symmetric = by_name.get(
-            c.name.removesuffix("_left").removesuffix("_right"), by_name[c.name]
-        )
-        active = default + matrix @ controls[symmetric][:m]
+        face = active(c)
         raised.append(
-            crease_displacements(c, active, vertex_normals(active, triangles), skin, eyes_middle)
+            crease_displacements(
+                c, face, triangles, vertex_normals(face, triangles), skin, eyes_middle
+            )
         )
+        carry_hairs(raised[-1], hairs)
     cage_keys = np.concatenate(moves)
     rigid = np.isin(vertex_part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])
     head_weight, neck_weight = skin_weights(mpfb / "rigs" / "standard" / "weights.default.json", n)
@@ -219,12 +273,13 @@ def bake(data: Path) -> dict[str, NDArray]:
         "polygon_starts": polygons[1],
         "vertex_part": vertex_part,
         "weights": weights.astype(np.float32),
-        "mirror": mirror_vertices(default, vertex_part),
+        "mirror": mirror,
         "landmarks": landmark_vertices(default, normals, vertex_part, eyes_middle),
         **sparse("identity", identity),
         **sparse("cage_keys", cage_keys),
         **sparse("creases", grooves),
         **sparse("arkit", arkit),
+        **curve_arrays(drawing_layers(default, triangles, vertex_part, eyes_middle, upright)),
     }
     for name, (index, weight) in {
         **brow_curves(default, triangles, skin, eyes_middle),
@@ -264,9 +319,8 @@ def fit_lids(identity, base, plain, m, matrix, fields, balls) -> NDArray[np.floa
     """
     default = target_weights({})
     closed = np.zeros(len(identity))
-    shapes = len(ETHNICITIES) * 4  # the targets of gender, age and ethnicity, which come first
     for k in range(len(identity)):
-        rest = base if k < shapes else plain
+        rest = base if k < WHOLE_FACES else plain
         if np.abs(identity[k, :m] * fields["left"].rim[:, None]).max() < 1e-6:
             continue
         for side, field in fields.items():
@@ -280,7 +334,7 @@ def fit_lids(identity, base, plain, m, matrix, fields, balls) -> NDArray[np.floa
             identity[k, :m] = held - rest[:m]
             own = (held - centre) / grown + opening.centre
             closed[k] += sum(lid_shares(matrix @ plain[:m], matrix @ own, opening, 0.15)) / 2
-    closed[:shapes] -= default[:shapes] @ closed[:shapes]
+    closed[:WHOLE_FACES] -= default[:WHOLE_FACES] @ closed[:WHOLE_FACES]
     return closed
 
 

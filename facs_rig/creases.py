@@ -3,7 +3,8 @@
 MakeHuman's targets move the skin but do not fold it, and it is by its folds that an expression
 shows in a line drawing. A crease is a curve on the face's left (the right is its mirror image)
 with a depth at full natural activation (intensity 5) and a half-width. Its profile across is a
-groove between two bulges, its depth fades toward the ends of the curve.
+narrow groove between low, broad shoulders, its depth fades toward the ends of the curve, so that
+the line that is seen grows longer as it grows deeper.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-from .anatomy import PART_NAMES, smooth_curve
+from .anatomy import PART_NAMES, bind_from_front, smooth_curve
 from .controls import Control
 
 Points = tuple[tuple[float, float], ...]
@@ -55,15 +57,17 @@ CREASES: dict[str, tuple[Crease, ...]] = {
         Crease(((0.0, 0.1), (0.6, 0.12)), 0.9, 1.6, (0.0, 0.5)),
     ),
     "crow_down": (
-        Crease(((4.45, -0.25), (5.0, -0.55), (5.55, -1.05)), 1.1, 1.6),
-        Crease(((4.35, -0.50), (4.85, -1.0), (5.25, -1.65)), 1.1, 1.6),
-        Crease(((4.1, -0.75), (4.5, -1.35), (4.75, -2.0)), 0.9, 1.6),
+        Crease(((4.40, -0.30), (4.95, -0.58), (5.60, -1.00)), 0.9, 1.2, (0.2, 0.5)),
+        Crease(((4.30, -0.55), (4.78, -1.05), (5.25, -1.75)), 0.9, 1.2, (0.2, 0.5)),
+        Crease(((4.05, -0.80), (4.40, -1.40), (4.65, -2.15)), 0.8, 1.2, (0.2, 0.5)),
     ),
-    "under_eye": (Crease(((1.9, -0.85), (2.9, -1.15), (3.9, -0.85)), 0.9, 1.6),),
+    "under_eye": (
+        Crease(((1.9, -0.95), (2.5, -1.22), (3.2, -1.25), (3.9, -0.95)), 0.8, 1.4, (0.35, 0.35)),
+    ),
     "crow_up": (
-        Crease(((4.50, 0.15), (5.1, 0.45), (5.6, 0.95)), 1.1, 1.6),
-        Crease(((4.55, -0.08), (5.2, 0.02), (5.75, 0.20)), 1.1, 1.6),
-        Crease(((4.40, 0.40), (4.85, 0.95), (5.2, 1.55)), 0.9, 1.6),
+        Crease(((4.50, 0.10), (5.05, 0.42), (5.65, 0.95)), 0.9, 1.2, (0.2, 0.5)),
+        Crease(((4.55, -0.15), (5.15, -0.05), (5.85, 0.15)), 0.9, 1.2, (0.2, 0.5)),
+        Crease(((4.40, 0.38), (4.80, 0.90), (5.15, 1.55)), 0.8, 1.2, (0.2, 0.5)),
     ),
     "bunny": (
         Crease(((0.40, -0.45), (0.85, -0.75), (1.30, -1.40)), 1.3, 1.5),
@@ -73,7 +77,7 @@ CREASES: dict[str, tuple[Crease, ...]] = {
     "nasal": (Crease(((1.65, -2.75), (2.05, -3.6), (2.35, -4.5)), 1.6, 1.9, (0.3, 0.45)),),
     "nasolabial": (Crease(((1.75, -3.3), (2.35, -4.3), (2.85, -5.4), (3.05, -6.4)), 1.7, 2.0),),
     "smile_fold": (
-        Crease(((1.75, -3.25), (2.50, -4.0), (3.25, -5.0), (3.70, -6.2)), 1.8, 2.1),
+        Crease(((1.75, -3.25), (2.50, -4.0), (3.20, -4.9), (3.55, -5.8)), 1.7, 2.1),
         Crease(((2.2, -0.95), (3.1, -1.25), (4.0, -0.95)), 0.6, 1.6),
     ),
     "corner_pinch": (
@@ -93,9 +97,15 @@ CREASES: dict[str, tuple[Crease, ...]] = {
 }
 
 
+SAMPLES = 120  # points along a crease
+SMOOTH = 0.0008  # metres along a crease over which its depth in the face is smoothed
+# Height of a crease's shoulders, as a share of its depth.
+SHOULDER = 0.2
+
 # Edge lengths in metres that the refinement aims at: along creases, the face, the rest of the skin.
-CREASED_EDGE, FACE_EDGE, PLAIN_EDGE = 0.0018, 0.005, 0.008
+CREASED_EDGE, FACE_EDGE, PLAIN_EDGE = 0.00125, 0.005, 0.008
 MOST_LEVELS = 3
+BALL = 0.0135  # metres, the eyeballs' radius
 
 
 def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[np.int64]:
@@ -115,18 +125,43 @@ def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[n
     reach = cKDTree(curves).query(centre[:, :2])[0] - 70 * longest  # quad's half diagonal, in cm
     face = (z > -3.0) & (np.abs(x) < 6.4) & (y < 6.5) & (y > -11.0)
     aim = np.where(face, FACE_EDGE, PLAIN_EDGE)
-    aim[face & (z > -2.0) & (reach < 0.2)] = CREASED_EDGE
+    aim[face & (z > -2.0) & (reach < 0.05)] = CREASED_EDGE
     inside = (np.abs(x) < 2.6) & (np.abs(y + 6.5) < 2.5) & (z < 0.2)  # the cavity of the mouth
     aim[inside] = PLAIN_EDGE
     level = np.round(np.log2(np.maximum(longest / aim, 1)) + 0.1).astype(np.int64)
     level = np.clip(level, np.where(face & ~inside & (z > -1.5), 1, 0), MOST_LEVELS)
+    socket = np.min(
+        [np.linalg.norm(corners.mean(axis=1) - ball, axis=1) for ball in _balls(cage, quads, part)],
+        axis=0,
+    )
+    level[(part == 0) & (socket < 0.9 * BALL)] = 0  # behind the eyeballs nothing is seen
     level[part == PART_NAMES.index("eyes")] = 2
     level[np.isin(part, [PART_NAMES.index(p) for p in ("teeth", "tongue", "lashes")])] = 1
     return level
 
 
+def _on_surface(points, vertices, triangles, front, eyes_middle) -> NDArray:
+    """A curve drawn from the front (k, 2) in cm, laid onto the surface: (SAMPLES, 3) metres."""
+    places = smooth_curve(points, SAMPLES) * 0.01 + eyes_middle[:2]
+    index, weight = bind_from_front(places, vertices, triangles, front)
+    z = np.einsum("kc,kc->k", weight, vertices[index][:, :, 2])
+    spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).mean()
+    return np.column_stack([places, gaussian_filter1d(z, SMOOTH / spacing, mode="nearest")])
+
+
+def _balls(cage: NDArray, quads: NDArray, part: NDArray) -> list[NDArray]:
+    """Centres (3,) of the eyeballs."""
+    eyes = cage[np.unique(quads[part == PART_NAMES.index("eyes")])]
+    return [own.mean(axis=0) for own in (eyes[eyes[:, 0] > 0], eyes[eyes[:, 0] < 0])]
+
+
 def crease_displacements(
-    control: Control, vertices: NDArray, normals: NDArray, skin: NDArray, eyes_middle: NDArray
+    control: Control,
+    vertices: NDArray,
+    triangles: NDArray,
+    normals: NDArray,
+    skin: NDArray,
+    eyes_middle: NDArray,
 ) -> NDArray[np.float64]:
     """Displacements (n, 3) in metres of a control's creases at intensity 5, along the normals.
 
@@ -137,13 +172,13 @@ def crease_displacements(
     1 cm to each side, so that left and right add up to the symmetric control.
     """
     depth = np.zeros(len(vertices))
-    front = np.flatnonzero(skin & (normals[:, 2] > 0.1) & (vertices[:, 2] > eyes_middle[2] - 0.05))
-    flat = cKDTree(vertices[front, :2])
+    allowed = skin & (normals[:, 2] > 0.1) & (vertices[:, 2] > eyes_middle[2] - 0.05)
+    front = np.flatnonzero(allowed)
     for name in control.creases:
         for crease in CREASES[name]:
             for fade, points in _both_sides(crease):
-                places = smooth_curve(points, 160) * 0.01 + eyes_middle[:2]
-                depth += _groove(crease, fade, places, vertices, front, flat)
+                curve = _on_surface(points, vertices, triangles, allowed, eyes_middle)
+                depth += _groove(crease, fade, curve, vertices, front)
     x = vertices[:, 0]
     if control.side == "left":
         depth *= np.clip(0.5 + x / 0.02, 0, 1)
@@ -162,12 +197,11 @@ def _both_sides(crease: Crease) -> list[tuple[tuple[float, float], NDArray]]:
     return [((end, end), np.concatenate([right[:0:-1], left]))]
 
 
-def _groove(crease: Crease, end_fades, places, vertices, front, flat) -> NDArray:
-    """Height (n,) in metres of one crease: -depth (1 - t²) exp(-t² / 1.5), t = distance / width."""
-    distance, near = flat.query(places, k=4)
-    weight = 1 / (distance + 1e-4)
-    z = (vertices[front[near], 2] * weight).sum(axis=1) / weight.sum(axis=1)
-    curve = np.column_stack([places, z])
+def _groove(crease, end_fades, curve, vertices, front) -> NDArray:
+    """Height (n,) in metres of one crease, by the distance from its curve in half-widths.
+
+    A narrow groove between broad, low shoulders.
+    """
     away, at = cKDTree(curve).query(vertices[front], distance_upper_bound=4e-3 * crease.width)
     s = np.append(np.linspace(0, 1, len(curve)), 0)[at]
     fade = np.ones_like(s)
@@ -176,7 +210,8 @@ def _groove(crease: Crease, end_fades, places, vertices, front, flat) -> NDArray
             t = np.clip(from_end / share, 0, 1)
             fade *= t * t * (3 - 2 * t)
     t = np.where(np.isfinite(away), away, 1.0) / (1e-3 * crease.width)
-    height = -1e-3 * crease.depth * (1 - t**2) * np.exp(-(t**2) / 1.5) * fade
+    height = SHOULDER * np.exp(-((t / 2.2) ** 2)) - (1 + SHOULDER) * np.exp(-(t**2) / 0.9)
+    height *= 1e-3 * crease.depth * fade
     out = np.zeros(len(vertices))
     out[front] = np.where(np.isfinite(away), height, 0.0)
     return out

@@ -220,12 +220,12 @@ def lid_keys(
         return "".join([*terms, f"{follows:+.3g}*gaze_pitch"]).lstrip("+")
 
     low, up = f"lid_lower_{side}", f"lid_upper_{side}"
-    lower_value = f"min(max({total(lower, LOWER_FOLLOWS)},{LOWER_DOWN}),{LOWER_UP})*min(1,1-lid_rest)"
+    raised = f"min(max({total(lower, LOWER_FOLLOWS)},{LOWER_DOWN}),{LOWER_UP})"
     upper_value = (
         f"min(max({total(upper, UPPER_FOLLOWS)},{WIDEST})*(1-lid_rest),1-lid_rest-{low})"
     )
     return (
-        Key(low, lower_value),
+        Key(low, f"{raised}*min(1,1-lid_rest)"),
         Key(up, upper_value),
         Key(f"{low}_arc", f"4*{low}*(1-{low}-lid_rest)"),
         Key(f"{up}_arc", f"4*{up}*(1-{up}-2*lid_rest)"),

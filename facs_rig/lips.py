@@ -12,28 +12,48 @@ from numpy.typing import NDArray
 
 from .keys import Key
 
-ZONES = (-0.019, -0.010, 0.0, 0.010, 0.019)  # metres along the mouth, from the middle
+ZONES = (-0.0235, -0.017, -0.009, 0.0, 0.009, 0.017, 0.0235)  # metres from the middle
 OVERLAP = 0.005  # metres that a contact key at value 1 parts the lips by
 REACH = 0.020  # metres above and below the seam over which the push fades
 HALF = 0.0022  # metres to each side of a zone where its lips are looked for
 SLACK = 0.0002  # metres that lips may press into each other before they are parted
+PRESSED = 0.0004  # metres that lips at rest press into each other, so that no gap shows
+# Controls that part the lips; all others leave a closed mouth closed.
+PARTING = ("sneer", "lower_lip_depress", "lip_loosen", "jaw_", "wince")
 LEAST = 0.00025  # metres at intensity 5: a control that does less does not count
 
 
-def seam_markers(
+def lip_edges(
     fine: NDArray, normals: NDArray, skin: NDArray, seam: NDArray
-) -> list[tuple[int, int]]:
-    """For each zone the vertices where the upper lip is lowest and the lower lip highest.
+) -> tuple[NDArray, NDArray]:
+    """Vertices of the upper lip that face down and of the lower that face up, near the seam.
 
     fine, normals : (n, 3) of the plain face;  skin : (n,) bool;  seam : (3,) where the lips meet
     in the middle
     """
+    x = fine[:, 0]
+    near = skin & (np.abs(x) < ZONES[-1] + HALF) & (np.abs(fine[:, 1] - seam[1]) < 0.006)
+    near &= fine[:, 2] > seam[2] - 0.008 - 25 * x**2
+    return np.flatnonzero(near & (normals[:, 1] < -0.3)), np.flatnonzero(
+        near & (normals[:, 1] > 0.3)
+    )
+
+
+def gaps(face: NDArray, edges: tuple[NDArray, NDArray]) -> NDArray[np.float64]:
+    """(zones,) metres between the lips of a face (n, 3), negative where they overlap."""
+    upper, lower = (face[edge] for edge in edges)
     out = []
     for zone in ZONES:
-        near = skin & (np.abs(fine[:, 0] - zone) < HALF) & (np.abs(fine[:, 1] - seam[1]) < 0.006)
-        near &= (fine[:, 2] > seam[2] - 0.008 - 25 * zone**2)
-        upper = np.flatnonzero(near & (normals[:, 1] < -0.3))
-        lower = np.flatnonzero(near & (normals[:, 1] > 0.3))
+        above, below = (e[np.abs(e[:, 0] - zone) < HALF, 1] for e in (upper, lower))
+        out.append(above.min() - below.max() if len(above) and len(below) else 0.0)
+    return np.array(out)
+
+
+def seam_markers(fine: NDArray, edges: tuple[NDArray, NDArray]) -> list[tuple[int, int]]:
+    """For each zone the vertices where the upper lip is lowest and the lower lip highest."""
+    out = []
+    for zone in ZONES:
+        upper, lower = (e[np.abs(fine[e, 0] - zone) < HALF] for e in edges)
         out.append((int(upper[np.argmin(fine[upper, 1])]), int(lower[np.argmax(fine[lower, 1])])))
     return out
 
@@ -42,6 +62,17 @@ def closing(delta: NDArray, markers: list[tuple[int, int]]) -> NDArray[np.float6
     """(zones,) metres by which displacements (n, 3) bring the lips together."""
     upper, lower = np.array(markers).T
     return delta[lower, 1] - delta[upper, 1]
+
+
+def sealed(rest, deltas: NDArray, opened, apart: NDArray) -> NDArray[np.float64]:
+    """Displacements (m, 3) of the cage that leave a mouth closed.
+
+    opened : function from the moved cage to the zones' gaps (metres) that are too much;
+    apart : (zones, m, 3) from `lip_deltas`. Repeated, as lips that close also move aside.
+    """
+    for _ in range(4):
+        deltas = deltas - np.tensordot(opened(rest + deltas) / OVERLAP, apart, axes=1)
+    return deltas
 
 
 def lip_keys(names: tuple[str, ...], closings: NDArray) -> list[Key]:
