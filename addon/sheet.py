@@ -21,7 +21,9 @@ Picture = NDArray[np.uint8]  # (h, w, 3)
 LEVELS = (0.0, 2.5, 5.0)
 KINDS = ("shaded", "drawn")
 VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned to its own left
-REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
+REGIONS = ("upper", "mid", "lower")
+TITLES = {f"{region.title()} face": (region,) for region in REGIONS}
+FEW = 12  # controls that need no groups
 SIZE = 160  # pixels, the height of a face
 WIDTH = 0.84  # of a face's picture, as a share of its height
 SMALLEST, LARGEST = 48, 1024
@@ -48,7 +50,7 @@ def close_up(
     place = landmark_points(rig, neutral)
     top, bottom = place["forehead"][1], place["chin"][1]
     height = top - bottom
-    front = (neutral[:, 1] > bottom) & (neutral[:, 1] < top) & (neutral[:, 2] > 0.02)
+    front = (neutral[:, 1] > bottom) & (neutral[:, 1] < top) & (neutral[:, 2] > 0)
     x = seen_from(neutral[front], yaw)[:, 0]
     top, bottom = top + ABOVE * height, bottom - BELOW * height
     pixels = size / (top - bottom)
@@ -194,9 +196,10 @@ def contact_sheet(
     rest = {(kind, yaw): picture({}, kind, yaw) for kind in kinds for yaw in cameras}
     gap = max(8, size // 10)
     groups = {}
-    for region, title in REGIONS.items():
+    few = len(chosen) <= FEW and len({c.region for c in chosen}) > 1
+    for title, regions in {"Face": REGIONS}.items() if few else TITLES.items():
         blocks = []
-        for control in (c for c in chosen if c.region == region):
+        for control in (c for c in chosen if c.region in regions):
             rows, yaw = [], yaws[control.name]
             for kind in kinds:
                 levels = [picture({control.name: v}, kind, yaw) if v else rest[kind, yaw]
