@@ -26,18 +26,12 @@ from facs_rig.blender_armature import (
     turn_bone,
 )
 from facs_rig.blender_keys import BASIS, FITTED, add_keys, add_properties
+from facs_rig.blender_materials import add_materials, starts_of
 from facs_rig.blender_pose import MARK, VERSION, set_identity
-from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
 __all__ = ["BASIS", "FITTED", "build_face", "set_identity", "to_blender"]
-
-# What else a principled shader needs to look like its material: input -> value, for each name
-# that Blender's versions have for it.
-_WET = {"Coat Weight": 1.0, "Clearcoat": 1.0, "Coat Roughness": 0.02, "Clearcoat Roughness": 0.02}
-_SKIN = {"Subsurface Weight": 0.12, "Subsurface Scale": 0.01}
-_FINISH = {"eyes": _WET, "iris": _WET, "pupil": _WET, "skin": _SKIN, "lips": _SKIN}
 
 
 def build_face(
@@ -79,7 +73,7 @@ def build_face(
     made: list[bpy.types.ID] = []
     try:
         mesh = _mesh(name, rig, to_blender(neutral), made)
-        _materials(mesh, rig, neutral, made)
+        add_materials(mesh, rig, neutral, made)
         face = bpy.data.objects.new(name, mesh)
         made.append(face)
         collection.objects.link(face)
@@ -111,7 +105,7 @@ def _mesh(
     name: str, rig: FaceRig, vertices: NDArray[np.float32], made: list[bpy.types.ID]
 ) -> bpy.types.Mesh:
     corners = np.ascontiguousarray(rig.polygon_vertices, dtype=np.int32)
-    starts = _starts(rig)
+    starts = starts_of(rig)
     mesh = bpy.data.meshes.new(name)
     made.append(mesh)
     mesh.vertices.add(len(vertices))
@@ -128,43 +122,3 @@ def _mesh(
     if mesh.validate():
         raise RuntimeError("the rig's polygons are not a valid mesh")
     return mesh
-
-
-def _material(part: str, made: list[bpy.types.ID]) -> bpy.types.Material:
-    """The material of a part; faces share it, and what the artist changed stays changed."""
-    name = f"Face {part.capitalize()}"
-    found = bpy.data.materials.get(name)
-    if found is not None:
-        return found
-    colour, roughness = MATERIALS[part]
-    material = bpy.data.materials.new(name)
-    made.append(material)
-    material.diffuse_color = colour
-    material.roughness = roughness
-    if material.node_tree is None:  # Blender 5 makes the nodes itself
-        material.use_nodes = True
-    shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-    shader.inputs["Base Color"].default_value = colour
-    shader.inputs["Roughness"].default_value = roughness
-    for name, value in _FINISH.get(part, {}).items():
-        if name in shader.inputs:
-            shader.inputs[name].default_value = value
-    return material
-
-
-def _starts(rig: FaceRig) -> NDArray[np.int32]:
-    """First corner of each polygon, without a closing end."""
-    starts = np.ascontiguousarray(rig.polygon_starts, dtype=np.int32)
-    return starts[starts < len(rig.polygon_vertices)]
-
-
-def _materials(
-    mesh: bpy.types.Mesh, rig: FaceRig, neutral: NDArray[np.float32], made: list[bpy.types.ID]
-) -> None:
-    corners, starts = np.asarray(rig.polygon_vertices), _starts(rig)
-    counts = np.diff(np.append(starts, len(corners)))[:, None]
-    centres = np.add.reduceat(neutral[corners], starts, axis=0) / counts
-    part = rig.vertex_part[corners[starts]]
-    for name in MATERIAL_NAMES:
-        mesh.materials.append(_material(name, made))
-    mesh.polygons.foreach_set("material_index", materials_at(rig, neutral, centres, part))

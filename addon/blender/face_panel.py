@@ -130,8 +130,8 @@ def _region_panel(region: str, label: str) -> type:
             row = column.row(align=True)
             if both is not None:
                 row.separator(factor=2.0)
-            for side, control in (("right", right), ("left", left)):
-                _slider(row, face, control.name, side.title() if both else control.label)
+            for letter, control in (("R", right), ("L", left)):
+                _slider(row, face, control.name, letter if both is not None else control.label)
             column.separator(factor=0.5)
 
     return type(

@@ -13,10 +13,14 @@ from pathlib import Path
 
 import pytest
 
+from facs_rig import load_rig
+from facs_rig.identity import IDENTITY_KEYS
+
 ROOT = Path(__file__).resolve().parents[3]
-DRIVE = Path(__file__).with_name("drive.py")
-# Environment: where a screenshot for the documentation goes, and of which sketch.
-PICTURE, SKETCH = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_SKETCH"
+# Environment: where screenshots for the documentation go (of the sketch's face, of an added one),
+# and of which sketch.
+PICTURE, FACE_PICTURE = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_ADDED_PICTURE"
+SKETCH = "SKETCH_TO_FACE_SKETCH"
 
 
 @pytest.fixture(scope="module")
@@ -79,21 +83,46 @@ def run(blender: str, display: str, home: Path, arguments: list[str], **more: st
     )  # fmt: skip
 
 
-@pytest.mark.slow
-def test_sketch_becomes_a_face_in_a_real_window(blender, display, tmp_path):
+@pytest.fixture
+def session(blender, display, tmp_path):
+    """Function: run a script in the window with the add-on installed; what it wrote."""
     addons = tmp_path / "scripts" / "addons"
     addons.mkdir(parents=True)
     (addons / "sketch_to_face").symlink_to(ROOT / "addon" / "blender")
+
+    def play(script: str, picture: str, *arguments: str) -> dict:
+        more = ["--out", str(tmp_path), *arguments]
+        if os.environ.get(picture):
+            more += ["--picture", str(Path(os.environ[picture]).resolve())]
+        script_path = str(Path(__file__).with_name(script))
+        done = run(blender, display, tmp_path, ["-P", script_path, "--", *more])
+        assert done.returncode == 0, done.stdout + done.stderr
+        result = json.loads((tmp_path / "result.json").read_text())
+        print(json.dumps(result))
+        return result
+
+    return play
+
+
+@pytest.mark.slow
+def test_sketch_becomes_a_face_in_a_real_window(session, tmp_path):
     sketch = Path(os.environ.get(SKETCH, ROOT / "addon" / "sketches" / "smiling_woman.png"))
-    arguments = ["-P", str(DRIVE), "--", "--sketch", str(sketch), "--out", str(tmp_path)]
-    if os.environ.get(PICTURE):
-        arguments += ["--picture", str(Path(os.environ[PICTURE]).resolve())]
-    done = run(blender, display, tmp_path, arguments)
-    assert done.returncode == 0, done.stdout + done.stderr
-    result = json.loads((tmp_path / "result.json").read_text())
-    print(json.dumps(result))
-    assert len(result["keys"]) == 1 + 47 + 1
+    result = session("drive.py", PICTURE, "--sketch", str(sketch))
+    assert result["keys"][1:] == [*(key.name for key in load_rig().keys), "Fitted"]
     assert result["values"]["Fitted"] == 1.0
     assert result["slider_moves_m"] > 0.003
     for picture in ("1_tab", "2_face", "3_slider", "4_undone"):
+        assert (tmp_path / f"{picture}.png").stat().st_size > 20_000
+
+
+@pytest.mark.slow
+def test_face_is_added_from_the_menu_of_a_real_window(session, tmp_path):
+    result = session("drive_face.py", FACE_PICTURE)
+    assert result["active"] == "FACS Face"
+    names = [*(key.name for key in load_rig().keys), *IDENTITY_KEYS]
+    assert result["keys"] == ["Basis", *names]
+    assert json.loads(result["clipboard"])["aus"] == {
+        "frontalis": pytest.approx(result["frontalis"], abs=1e-6)
+    }
+    for picture in ("1_no_face", "2_face", "3_slider"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 20_000

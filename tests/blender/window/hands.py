@@ -1,0 +1,224 @@
+"""Hands in Blender's real window: mouse, keys, screenshots. Shared by the scripts beside it."""
+
+import argparse
+import json
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+FRAME = 0.1  # seconds between the steps of a person in a hurry
+PATIENCE = 120.0
+
+
+class Desk:
+    """The window, its 3D view, and hands to use them. Positions are window pixels from below."""
+
+    def __init__(self) -> None:
+        self.window = bpy.context.window_manager.windows[0]
+        self.area = next(a for a in self.window.screen.areas if a.type == "VIEW_3D")
+        self.space = self.area.spaces.active
+
+    def region(self, kind: str) -> bpy.types.Region:
+        return next(r for r in self.area.regions if r.type == kind)
+
+    def context(self, kind: str = "WINDOW"):
+        return bpy.context.temp_override(
+            window=self.window, area=self.area, region=self.region(kind)
+        )
+
+    def move(self, x: float, y: float) -> None:
+        self.window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=int(x), y=int(y))
+
+    def tap(self, kind: str, x: float, y: float, **held) -> None:
+        for value in ("PRESS", "RELEASE"):
+            self.window.event_simulate(type=kind, value=value, x=int(x), y=int(y), **held)
+
+    def middle(self, kind: str) -> tuple[float, float]:
+        region = self.region(kind)
+        return region.x + region.width / 2, region.y + region.height / 2
+
+    def screenshot(self, path: Path) -> None:
+        with self.context():
+            bpy.ops.screen.screenshot(filepath=str(path), check_existing=False)
+
+
+def vertices(name: str) -> np.ndarray:
+    """What is shown of an object: its vertices after keys and bones."""
+    graph = bpy.context.evaluated_depsgraph_get()
+    mesh = bpy.data.objects[name].evaluated_get(graph).data
+    flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def until(condition, what: str):
+    """Steps that wait for `condition()`."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {PATIENCE:.0f} s in vain: {what}")
+        yield FRAME
+
+
+def open_tab(desk: Desk):
+    """Show the sidebar and click down its tabs until ours is drawn."""
+    drawn = []
+
+    def notice(_panel, _context):
+        drawn.append(True)
+
+    bpy.types.SKETCHTOFACE_PT_sketch.append(notice)
+    desk.space.show_region_ui = True
+    yield FRAME * 5
+    region = desk.region("UI")
+    x = region.x + region.width - 10
+    for below in range(20, min(region.height, 500), 25):
+        y = region.y + region.height - below
+        desk.move(x, y)
+        yield FRAME
+        desk.tap("LEFTMOUSE", x, y)
+        yield FRAME * 2
+        if drawn:
+            break
+    bpy.types.SKETCHTOFACE_PT_sketch.remove(notice)
+    assert drawn, "the sidebar has no tab that draws our panel"
+
+
+def find_button(desk: Desk, command: str, found: list, across: float = 0.45):
+    """Feel down the sidebar for the button: Ctrl C over a button copies its Python command.
+
+    `across` says how far from the sidebar's left to the right, 0 to 1, to feel.
+    """
+    region = desk.region("UI")
+    manager = bpy.context.window_manager
+    x = region.x + region.width * across
+    for below in range(20, region.height, 12):
+        y = region.y + region.height - below
+        manager.clipboard = ""
+        desk.move(x - 2, y)
+        yield 0.03
+        desk.move(x, y)
+        yield 0.03
+        desk.tap("C", x, y, ctrl=True)
+        yield 0.03
+        if manager.clipboard.strip() == command:
+            found.append((x, y))
+            return
+    raise AssertionError(f"no button in the sidebar does {command}")
+
+
+def find_slider(desk: Desk, path: str, found: list):
+    """Feel down the sidebar for a slider: Shift Ctrl C over one copies its data path."""
+    region = desk.region("UI")
+    manager = bpy.context.window_manager
+    x = region.x + region.width * 0.45
+    for below in range(20, region.height, 8):
+        y = region.y + region.height - below
+        manager.clipboard = ""
+        desk.move(x - 2, y)
+        yield 0.03
+        desk.move(x, y)
+        yield 0.03
+        desk.tap("C", x, y, ctrl=True, shift=True)
+        yield 0.03
+        if manager.clipboard.strip() == path:
+            found.append((x, y))
+            return
+    raise AssertionError(f"no slider in the sidebar shows {path}")
+
+
+def press(desk: Desk, place: tuple[float, float]):
+    """Go to a button, let it notice, click."""
+    x, y = place
+    desk.move(x - 3, y)
+    yield FRAME
+    desk.move(x, y)
+    yield FRAME
+    desk.tap("LEFTMOUSE", x, y)
+    yield FRAME * 4
+
+
+def scroll(desk: Desk, notches: int):
+    """Turn the mouse wheel over the sidebar, down."""
+    place = desk.middle("UI")
+    desk.move(*place)
+    yield FRAME
+    for _ in range(notches):
+        desk.window.event_simulate(
+            type="WHEELDOWNMOUSE", value="PRESS", x=int(place[0]), y=int(place[1])
+        )
+        yield FRAME
+
+
+def drag(desk: Desk, place: tuple[float, float], way: int):
+    """Press on a slider, pull it `way` pixels to the right, let go."""
+    x, y = place
+    desk.window.event_simulate(type="LEFTMOUSE", value="PRESS", x=int(x), y=int(y))
+    for step in range(1, 6):
+        yield 0.05
+        desk.move(x + way * step / 5, y)
+    yield FRAME
+    desk.window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=int(x + way), y=int(y))
+    yield FRAME * 10
+
+
+def look(desk: Desk, face: bpy.types.Object):
+    """A picture worth showing: front of the face, material colours, nothing in the way."""
+    shading, overlay = desk.space.shading, desk.space.overlay
+    shading.type, shading.light, shading.color_type = "SOLID", "STUDIO", "MATERIAL"
+    shading.show_cavity, shading.cavity_type = True, "SCREEN"
+    overlay.show_floor = overlay.show_ortho_grid = False
+    overlay.show_axis_x = overlay.show_axis_y = overlay.show_outline_selected = False
+    overlay.show_bones = overlay.show_cursor = overlay.show_object_origins = False
+    with desk.context():
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+    yield FRAME * 8
+
+
+def clear(desk: Desk):
+    """Away with the cube of a new file."""
+    yield 1.0
+    with desk.context():
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.data.objects["Cube"].select_set(True)
+        bpy.ops.object.delete()
+    yield FRAME
+
+
+def leave(status: int) -> None:
+    """Quit at once: a timer cannot pass an exit status on."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
+def main(session) -> None:
+    """Run the steps of `session(options, result)`, then write what it found, or fail loudly."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--sketch", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
+    result: dict = {"blender": bpy.app.version_string}
+    bpy.context.preferences.view.show_splash = False
+    bpy.ops.preferences.addon_enable(module="sketch_to_face")
+    steps = session(options, result)
+
+    def step() -> float:
+        try:
+            return next(steps)
+        except StopIteration:
+            (options.out / "result.json").write_text(json.dumps(result, indent=1))
+            leave(0)
+        except BaseException:
+            traceback.print_exc()
+            Desk().screenshot(options.out / "failed.png")
+            leave(1)
+
+    bpy.app.timers.register(step, first_interval=0.5)
