@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from facs_rig import Buffers, Camera, FaceRig, rasterise
 from facs_rig.anatomy import HAIR_PARTS
 from facs_rig.curves import Curves
-from facs_rig.mesh import vertex_normals
+from facs_rig.mesh import corner_matrix, vertex_normals
 from facs_rig.parameters import nearest
 from facs_rig.raster import unhidden
 
@@ -128,6 +128,7 @@ def draw_strokes(
         if len(shell):
             outward = vertex_normals(points, shell)
             facing = np.einsum("ij,ij->i", outward, camera.view_vectors(points))
+            facing = _averaged(facing, shell)
             outline, strength, segments = zero_set(points, shell, facing, np.ones(len(points)))
             strokes += trace(layer, outline, strength, chains(segments))
         chosen = _spaced(curve, camera.project(points))
@@ -152,6 +153,15 @@ def _behind_hair(
     return vertices, triangles
 
 
+def _averaged(value: NDArray, triangles: NDArray, times: int = 3) -> NDArray:
+    """A value (n,) averaged over the triangles around each point: one clean zero line of many."""
+    around = corner_matrix(triangles, len(value))
+    share = np.maximum(np.asarray(around.sum(axis=1)).ravel(), 1)
+    for _ in range(times):
+        value = around @ value[triangles].mean(axis=1) / share
+    return value
+
+
 def _spaced(curve: Curves, pixels: NDArray) -> list[int]:
     """Which lines of a layer to draw: so many hairs that they stand HAIR_GAP pixels apart.
 
@@ -164,7 +174,7 @@ def _spaced(curve: Curves, pixels: NDArray) -> list[int]:
     roots = pixels[curve.places[curve.starts[hairs]]]
     gap = float(np.median(np.linalg.norm(np.diff(roots, axis=0), axis=1)))
     step = max(1, int(np.ceil(HAIR_GAP / max(gap, 1e-6))))
-    return sorted(set(range(len(lines))) - set(hairs) | set(hairs[:: step]))
+    return sorted(set(range(len(lines))) - set(hairs) | set(hairs[::step]))
 
 
 def radial_curvature(

@@ -22,8 +22,9 @@ from .strands import closest_on_skin
 CM = 0.01
 CENTRE = (3.5, -6.6)  # height above the eyes of the head's widest place, and z of its middle (cm)
 MIDDLE = np.array([0.0, *CENTRE])
+CAP = 2.8  # height above the eyes: hair moves with the skull above brows and ears
 CANDIDATES = 60  # triangles that a ray is tested against
-COLUMNS, ROWS = 120, 16
+COLUMNS, ROWS = 132, 26
 CLEAR = 0.25  # centimetres that hair keeps from what it covers
 # Where hair begins to grow, from the forehead's middle around the ear to the nape.
 HAIRLINE = ((0, 6.7), (14, 6.9), (27, 6.7), (36, 5.6), (42, 4.0), (50, 2.4), (62, 1.2), (70, -0.6),
@@ -91,7 +92,7 @@ class Head:
         middle = corners.mean(axis=1)
         outer = (middle[:, 1] > -17) & (np.linalg.norm(middle - [0, 0, CENTRE[1]], axis=1) > 5.5)
         self.corners = corners[outer]
-        self.tree = cKDTree(self.points[self.skin])
+        self.cap = self.skin[self.points[self.skin, 1] > CAP]
         self.from_middle = cKDTree(_unit(middle[outer] - MIDDLE))
         self.from_axis = cKDTree(_unrolled(middle[outer]))
 
@@ -112,8 +113,9 @@ class Head:
         return closest_on_skin(points, self.points, self.triangles)[:2]
 
     def bind(self, points: NDArray) -> tuple[NDArray, NDArray]:
-        """Vertex (k,) under each point (k, 3, centimetres), and the way to it in metres."""
-        near = self.skin[self.tree.query(points)[1]]
+        """Vertex of the skull (k,) that each point (k, 3, centimetres) hangs from, and the way
+        from it in metres."""
+        near = self.cap[cKDTree(self.points[self.cap]).query(points)[1]]
         return near, (points - self.points[near]) * CM
 
 
@@ -195,9 +197,9 @@ def comb(style: Style, head: Head) -> tuple[NDArray, NDArray]:
         drop = np.maximum(along - arc, 0)
         hanging = drop > 0
         if hanging.any():
-            points[hanging] = _hanging(style, head, angle[k], drop[hanging], fall, way[k])
+            points[hanging] = _hanging(style, head, angle[k], drop[hanging], way[k])
         shell[k] = points
-    smooth = gaussian_filter(shell, (1.0, 0.6, 0), mode="nearest")
+    smooth = gaussian_filter(shell, (1.2, 1.2, 0), mode="nearest")
     smooth[:, -1] = shell[:, -1]
     return smooth, notches
 
@@ -237,19 +239,21 @@ def _thickness(style: Style, ways: NDArray) -> NDArray[np.float64]:
 
 def _ease_in(rows: NDArray, along: NDArray, falls: bool) -> NDArray[np.float64]:
     """Hair rises from the parting, and lies down toward an edge on the skin."""
-    rise = np.clip(0.45 + along / 3.0, 0, 1)
+    rise = np.clip(0.85 + along / 12.0, 0, 1)
     return rise if falls else rise * (1 - 0.7 * np.clip((rows - 0.72) / 0.28, 0, 1) ** 2)
 
 
-def _hanging(style: Style, head: Head, angle, drop, fall, way) -> NDArray[np.float64]:
+def _hanging(style: Style, head: Head, angle, drop, way) -> NDArray[np.float64]:
     """(k, 3) places of hair that has fallen by `drop` (k,) from the head's widest place."""
     height = CENTRE[0] - drop
     across = np.full(len(drop), angle)
     radius = head.hit(way[None])[0] + _thickness(style, way[None])[0]
     skin = head.around(across, np.maximum(height, -11.0))
     local = np.hypot(skin[:, 0], skin[:, 2] - CENTRE[1]) + CLEAR
-    t = drop / max(fall, 1e-6)
-    out = radius + np.interp(t, (0, 2 / 3, 1), (0, *style.flare)) * np.sin(np.clip(t, 0, 1) * 1.57)
+    t = drop / (CENTRE[0] - min(height for _, height in style.edge))
+    third, end = style.flare
+    bend = (3 * end - 4.5 * third) * t**2 + (4.5 * third - 2 * end) * t  # through both
+    out = radius + bend * np.minimum(1, 3 * t)
     ear = np.exp(-(((np.abs(angle) - 92) / 22) ** 2) - (((height + 0.5) / 3.5) ** 2))
     out = np.maximum(np.maximum(out, np.where(height > -8, local, 0)), out + 0.6 * ear)
     out = out - 0.05 * np.clip((np.abs(angle) - 120) / 60, 0, 1) * drop
@@ -274,8 +278,8 @@ def hair_curves(style: Style, head: Head, frame: tuple[NDArray, NDArray]) -> Cur
         line = number[k, ::-1][:reach]
         lines.append((line, np.linspace(1, 0.15, len(line)), 0.8))
     for k in np.linspace(0, COLUMNS - 1, style.strands * 4 + 2).astype(int)[1:-1]:
-        low = int(rng.integers(1, 4))
-        line = number[k, low : low + int(rng.integers(4, 8))]
+        low = int(rng.integers(1, ROWS // 4))
+        line = number[k, low : low + int(rng.integers(ROWS // 4, ROWS // 2))]
         lines.append((line, np.linspace(0.9, 0.1, len(line)), 0.7))
     if style.ball is not None:
         extra, more, ring = _bun(style.ball, len(points))
