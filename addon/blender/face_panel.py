@@ -123,16 +123,18 @@ def _region_panel(region: str, label: str) -> type:
         sides = context.scene.sketch_to_face.one_sided
         column = self.layout.column(align=True)
         for both, right, left in rows:
-            if both is not None:
-                _slider(column, face, both.name, both.label)
-            if left is None or right is None or (both is not None and not sides):
+            pair = [control for control in (right, left) if control is not None]
+            if both is None:
+                for control in pair:
+                    _slider(column, face, control.name, control.label)
                 continue
-            row = column.row(align=True)
-            if both is not None:
+            _slider(column, face, both.name, both.label)
+            if pair and sides:
+                row = column.row(align=True)
                 row.separator(factor=2.0)
-            for letter, control in (("R", right), ("L", left)):
-                _slider(row, face, control.name, letter if both is not None else control.label)
-            column.separator(factor=0.5)
+                for letter, control in zip("RL", pair, strict=True):
+                    _slider(row, face, control.name, letter)
+                column.separator(factor=0.5)
 
     return type(
         f"SKETCHTOFACE_PT_{region}",

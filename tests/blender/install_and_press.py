@@ -27,7 +27,6 @@ else:
 assert module in bpy.context.preferences.addons, f"{module} is not enabled"
 
 
-
 def press() -> tuple[float, bpy.types.Object]:
     """Seconds and the new face."""
     bpy.context.scene.sketch_to_face.sketch = sketch
@@ -45,9 +44,14 @@ told = {
         for name in ("numpy", "scipy", "skimage", "onnxruntime", "addon", "facs_rig", module)
     },
 }
+start = time.perf_counter()
+assert bpy.ops.mesh.add_facs_face(arkit=True, random_identity=True) == {"FINISHED"}
+added = time.perf_counter() - start
+told["added"] = [k.name for k in bpy.context.active_object.data.shape_keys.key_blocks]
+assert bpy.ops.sketch_to_face.random_expression(seed=1) == {"FINISHED"}
 bpy.ops.preferences.addon_disable(module=module)
 told["left"] = [n for n in ("Scene", "Object") if hasattr(getattr(bpy.types, n), "sketch_to_face")]
 bpy.ops.preferences.addon_enable(module=module)
 second, _ = press()
-told["seconds"] = {"first press": first, "second press": second}
+told["seconds"] = {"first press": first, "second press": second, "adding": added}
 Path(result).write_text(json.dumps(told))

@@ -34,7 +34,8 @@ COPY = "bpy.ops.sketch_to_face.copy_expression()"
 PASTE = "bpy.ops.sketch_to_face.paste_expression()"
 # The face of the picture: a smile that reaches the eyes.
 SMILE = {"smile": 4.2, "outer_squint": 2.5, "squint": 0.8, "frontalis": 0.8, "jaw_open": 0.6}
-WHO = {"gender": 0.25, "age": 0.12, "caucasian": 0.6, "asian": 0.3, "african": 0.1}
+WHO = {"gender": 0.25, "age": 0.12, "caucasian": 0.6, "asian": 0.3, "african": 0.1,
+       "wrinkles": -0.4}  # fmt: skip
 
 
 def add_from_menu(desk: Desk):
@@ -108,7 +109,7 @@ def session(options, result: dict):
     face.update_tag()
     bpy.context.preferences.view.ui_scale = 0.8  # so that all sliders fit
     yield FRAME * 5
-    yield from scroll(desk, 6)
+    yield from scroll(desk, 5)
     yield from look(desk, face)
     desk.screenshot(options.picture or options.out / "4_picture.png")
     result["seconds"] = time.monotonic() - beginning

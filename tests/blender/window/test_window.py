@@ -1,4 +1,4 @@
-"""The add-on in the real window of an installed Blender, under a virtual display."""
+"""The face and the add-on in an installed Blender, in its real window on a virtual display."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from facs_rig import load_rig
 from facs_rig.identity import IDENTITY_KEYS
 
 ROOT = Path(__file__).resolve().parents[3]
+PARITY = Path(__file__).parents[1] / "parity.py"
 # Environment: where screenshots for the documentation go (of the sketch's face, of an added one),
 # and of which sketch.
 PICTURE, FACE_PICTURE = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_ADDED_PICTURE"
@@ -102,6 +103,24 @@ def session(blender, display, tmp_path):
         return result
 
     return play
+
+
+@pytest.mark.slow
+def test_installed_blender_poses_the_face_as_numpy_does(blender, tmp_path):
+    result = tmp_path / "result.json"
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(ROOT), sysconfig.get_paths()["purelib"]])
+    }
+    done = subprocess.run(
+        [blender, "-b", "--factory-startup", "--python-use-system-env", "--python-exit-code", "1",
+         "-P", str(PARITY), "--", str(result)],
+        env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = json.loads(result.read_text())
+    print(told)
+    assert told["python"] == told["invalid"] == []
+    assert all(metres < 1e-5 for metres in told["off_m"].values()), told
 
 
 @pytest.mark.slow

@@ -1,0 +1,54 @@
+"""Runs in a Blender without a window: builds faces and compares them with the numpy rig.
+
+    blender -b --python-exit-code 1 -P parity.py -- RESULT.json
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
+from facs_rig.blender import build_face, set_identity
+from facs_rig.blender_pose import set_pose
+
+result = Path(sys.argv[-1])
+rig = load_rig()
+random = np.random.default_rng(3)
+
+
+def pose(who: dict) -> FaceParameters:
+    aus = {n: float(random.uniform(0, 10)) for n in random.choice(CONTROL_NAMES, 10, False)}
+    turns = random.uniform(-0.5, 0.5, 8)
+    return FaceParameters(aus, who, tuple(turns[:3]), tuple(turns[3:6]), tuple(turns[6:]))
+
+
+def off(face: bpy.types.Object, parameters: FaceParameters) -> float:
+    """The largest distance in metres between Blender's mesh and numpy's."""
+    bpy.context.view_layer.update()
+    graph = bpy.context.evaluated_depsgraph_get()
+    mesh = face.evaluated_get(graph).to_mesh()
+    flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", flat)
+    x, y, z = flat.reshape(-1, 3).T
+    return float(np.abs(np.stack([x, z, -y], axis=1) - rig.pose(parameters)).max())
+
+
+bpy.ops.wm.read_factory_settings(use_empty=True)
+told: dict = {"blender": bpy.app.version_string, "off_m": {}}
+first = pose({"age": 0.8, "gender": 0.9})
+told["off_m"]["baked"] = off(build_face("Baked", rig, first), first)
+face = build_face("Live", rig, FaceParameters(), identity_keys=True, arkit=True)
+told["off_m"]["neutral"] = off(face, FaceParameters())
+for name, who in (("young", {"eye_spacing": 0.7}), ("old", {"age": 1.0, "neck_length": -0.9})):
+    wanted = pose(who)
+    set_identity(face, rig, who)
+    set_pose(face, wanted)
+    told["off_m"][name] = off(face, wanted)
+drivers = [d for block in (face.data.shape_keys, face.parent)
+           for d in block.animation_data.drivers]  # fmt: skip
+told["python"] = [d.data_path for d in drivers if not d.driver.is_simple_expression]
+told["invalid"] = [d.data_path for d in drivers if not d.driver.is_valid]
+result.write_text(json.dumps(told))
