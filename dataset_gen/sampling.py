@@ -51,7 +51,9 @@ def sample_face(
     yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
     head = np.radians([yaw, rng.normal(0, 7), rng.normal(0, 5)])
     neck = np.radians(rng.normal(0, 1.5, 3))
-    parameters = FaceParameters(aus, sample_identity(rng), _floats(head), _floats(neck))
+    gaze = np.radians(rng.normal(0, (12, 7))) if rng.random() < 0.5 else np.zeros(2)
+    looking = (float(gaze[0]), float(gaze[1]))
+    parameters = FaceParameters(aus, sample_identity(rng), _floats(head), _floats(neck), looking)
     distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
     upright = rig.neutral(parameters.identity)
     framing = Camera.framing(rig.turn(upright, parameters), size, size,
@@ -87,6 +89,7 @@ def sample_identity(rng: np.random.Generator) -> dict[str, float]:
         "african": shares[0],
         "asian": shares[1],
         "caucasian": shares[2],
+        "wrinkles": np.clip(rng.normal(0, 0.25), -1, 1),
     }
     for feature in IDENTITY:
         if feature.low and rng.random() < 0.6:

@@ -41,6 +41,7 @@ from .lids import (
     BLINK_UPPER,
     LEAST,
     LOWER_FOLLOWS,
+    THINNER,
     UPPER_FOLLOWS,
     LidField,
     hold_rim,
@@ -57,8 +58,8 @@ from .lips import (
     closing,
     gaps,
     lip_deltas,
-    lip_edges,
     lip_keys,
+    lip_zones,
     sealed,
     seam_markers,
 )
@@ -180,7 +181,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     skin = vertex_part == PART_NAMES.index("skin")
     masks = side_masks(plain[:m] - origin)
     seam = (plain[:m] - origin)[landmark_lip_line(plain[:m] - origin)]
-    edges = lip_edges(default, normals, skin, seam)
+    zones = lip_zones(default, normals, skin, seam)
     names = [c.name for c in CONTROLS]
     stems = [name.removesuffix("_left").removesuffix("_right") for name in names]
     whole = [names.index(s) if s in names else k for k, s in enumerate(stems)]  # of both sides
@@ -188,11 +189,16 @@ def bake(data: Path) -> dict[str, NDArray]:
     apart = lip_deltas(plain[:m] - origin, masks["upper"][:, 0], movable, seam[1])
 
     def pressed(cage: NDArray) -> NDArray:
-        return gaps(matrix @ cage - origin, edges) + PRESSED
+        return gaps(matrix @ cage, zones) + PRESSED
 
-    for k, targets in enumerate(identity[:, :m]):
-        rest = base[:m] if k < WHOLE_FACES else plain[:m]
-        identity[k, :m] = sealed(rest, targets, pressed, apart)
+    for k in range(WHOLE_FACES):
+        identity[k, :m] = sealed(base[:m], identity[k, :m], pressed, apart)
+    plain = base + np.tensordot(target_weights({}), identity, axes=1)
+    before = pressed(plain[:m])  # features leave the lips as they are
+    for k in range(WHOLE_FACES, len(identity)):
+        identity[k, :m] = sealed(
+            plain[:m], identity[k, :m], lambda cage: pressed(cage) - before, apart
+        )
     plain = base + np.tensordot(target_weights({}), identity, axes=1)
     default = (matrix @ plain[:m]) - origin
     normals = vertex_normals(default, triangles)
@@ -208,7 +214,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         shift = closed - controls[k, :m]
         for side in (j for j in range(len(CONTROLS)) if whole[j] == k):
             controls[side, :m] += shift * masks.get(CONTROLS[side].side, 1.0)
-    markers = seam_markers(default, edges)
+    markers = seam_markers(default, zones)
     arkit = np.stack([to_cage @ target(f"arkit/{name}") for name in ARKIT_NAMES])
     arkit[:, m:] = 0
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
@@ -319,8 +325,12 @@ def fit_lids(identity, base, plain, m, matrix, fields, balls) -> NDArray[np.floa
     """
     default = target_weights({})
     closed = np.zeros(len(identity))
+    thickness = THINNER
     for k in range(len(identity)):
         rest = base if k < WHOLE_FACES else plain
+        if k == WHOLE_FACES:  # what follows only changes that face, whose lids are thin by now
+            plain = rest = base + np.tensordot(default, identity, axes=1)
+            thickness = 1.0
         if np.abs(identity[k, :m] * fields["left"].rim[:, None]).max() < 1e-6:
             continue
         for side, field in fields.items():
@@ -330,7 +340,9 @@ def fit_lids(identity, base, plain, m, matrix, fields, balls) -> NDArray[np.floa
             grown = np.linalg.norm(who[ball] - centre, axis=1).mean() / np.linalg.norm(
                 plain[ball] - plain[m + EYE_JOINTS[side]], axis=1
             ).mean()
-            held = hold_rim(who[:m], centre, grown * opening.radius, field, plain[:m])
+            held = hold_rim(
+                who[:m], centre, grown * opening.radius, field, plain[:m], thickness
+            )
             identity[k, :m] = held - rest[:m]
             own = (held - centre) / grown + opening.centre
             closed[k] += sum(lid_shares(matrix @ plain[:m], matrix @ own, opening, 0.15)) / 2

@@ -73,15 +73,23 @@ def keep_round(deltas: NDArray, rest: NDArray, ball: NDArray, joint: int) -> Non
     deltas[:, joint] = (shift + growth * (rest[joint] - middle))[:, 0]
 
 
-def hold_rim(points: NDArray, centre: NDArray, radius: float, field: LidField, rest: NDArray):
-    """(m, 3) points of an identity with the lids' rims on its ball as those at rest, but thinner.
+def hold_rim(
+    points: NDArray,
+    centre: NDArray,
+    radius: float,
+    field: LidField,
+    rest: NDArray,
+    thickness: float = 1.0,
+) -> NDArray[np.float64]:
+    """(m, 3) points of an identity with the lids' rims on its ball as those at rest.
 
-    centre, radius : of the ball of that identity;  rest : (m, 3) the plain face. Only the
-    distance from the ball's centre changes, so that the eye keeps the identity's shape.
+    centre, radius : of the ball of that identity;  rest : (m, 3) the plain face;
+    thickness : of the lids, as a share of what stands off the ball at rest. Only the distance
+    from the ball's centre changes, so that the eye keeps the identity's shape.
     """
     opening = field.opening
     far = np.linalg.norm(rest - opening.centre, axis=1, keepdims=True) / opening.radius
-    far = np.where(far > 1, 1 + THINNER * (far - 1), far)
+    far = np.where(far > 1, 1 + thickness * (far - 1), far)
     arm = points - centre
     length = np.linalg.norm(arm, axis=1, keepdims=True)
     held = centre + arm * (far * radius / np.maximum(length, 1e-9))

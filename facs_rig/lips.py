@@ -15,7 +15,7 @@ from .keys import Key
 ZONES = (-0.0235, -0.017, -0.009, 0.0, 0.009, 0.017, 0.0235)  # metres from the middle
 OVERLAP = 0.005  # metres that a contact key at value 1 parts the lips by
 REACH = 0.020  # metres above and below the seam over which the push fades
-HALF = 0.0022  # metres to each side of a zone where its lips are looked for
+HALF = 0.0013  # metres to each side of a zone where its lips are looked for
 SLACK = 0.0002  # metres that lips may press into each other before they are parted
 PRESSED = 0.0004  # metres that lips at rest press into each other, so that no gap shows
 # Controls that part the lips; all others leave a closed mouth closed.
@@ -23,39 +23,39 @@ PARTING = ("sneer", "lower_lip_depress", "lip_loosen", "jaw_", "wince")
 LEAST = 0.00025  # metres at intensity 5: a control that does less does not count
 
 
-def lip_edges(
+def lip_zones(
     fine: NDArray, normals: NDArray, skin: NDArray, seam: NDArray
-) -> tuple[NDArray, NDArray]:
-    """Vertices of the upper lip that face down and of the lower that face up, near the seam.
+) -> list[tuple[NDArray, NDArray]]:
+    """For each zone the vertices of the upper lip that face down, of the lower that face up.
 
     fine, normals : (n, 3) of the plain face;  skin : (n,) bool;  seam : (3,) where the lips meet
     in the middle
     """
     x = fine[:, 0]
-    near = skin & (np.abs(x) < ZONES[-1] + HALF) & (np.abs(fine[:, 1] - seam[1]) < 0.006)
+    near = skin & (np.abs(fine[:, 1] - seam[1]) < 0.006)
     near &= fine[:, 2] > seam[2] - 0.008 - 25 * x**2
-    return np.flatnonzero(near & (normals[:, 1] < -0.3)), np.flatnonzero(
-        near & (normals[:, 1] > 0.3)
-    )
+    return [
+        (
+            np.flatnonzero(near & (np.abs(x - zone) < HALF) & (normals[:, 1] < -0.3)),
+            np.flatnonzero(near & (np.abs(x - zone) < HALF) & (normals[:, 1] > 0.3)),
+        )
+        for zone in ZONES
+    ]
 
 
-def gaps(face: NDArray, edges: tuple[NDArray, NDArray]) -> NDArray[np.float64]:
+def gaps(face: NDArray, zones: list[tuple[NDArray, NDArray]]) -> NDArray[np.float64]:
     """(zones,) metres between the lips of a face (n, 3), negative where they overlap."""
-    upper, lower = (face[edge] for edge in edges)
-    out = []
-    for zone in ZONES:
-        above, below = (e[np.abs(e[:, 0] - zone) < HALF, 1] for e in (upper, lower))
-        out.append(above.min() - below.max() if len(above) and len(below) else 0.0)
-    return np.array(out)
+    return np.array([face[upper, 1].min() - face[lower, 1].max() for upper, lower in zones])
 
 
-def seam_markers(fine: NDArray, edges: tuple[NDArray, NDArray]) -> list[tuple[int, int]]:
+def seam_markers(
+    fine: NDArray, zones: list[tuple[NDArray, NDArray]]
+) -> list[tuple[int, int]]:
     """For each zone the vertices where the upper lip is lowest and the lower lip highest."""
-    out = []
-    for zone in ZONES:
-        upper, lower = (e[np.abs(fine[e, 0] - zone) < HALF] for e in edges)
-        out.append((int(upper[np.argmin(fine[upper, 1])]), int(lower[np.argmax(fine[lower, 1])])))
-    return out
+    return [
+        (int(upper[np.argmin(fine[upper, 1])]), int(lower[np.argmax(fine[lower, 1])]))
+        for upper, lower in zones
+    ]
 
 
 def closing(delta: NDArray, markers: list[tuple[int, int]]) -> NDArray[np.float64]:
