@@ -44,6 +44,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     sheet.add_argument("--shaded", action="store_true", help="only shaded faces")
     sheet.add_argument("--drawn", action="store_true", help="only line drawings")
     sheet.add_argument("--view", choices=("front", "three-quarter"), help="(default front)")
+    sheet.add_argument(
+        "--layers",
+        metavar="NAME",
+        nargs="+",
+        help="surface strokes of the drawings (default: brow iris pupil lip; more: brow_hair lash "
+        "lash_lower lip_line hairline hair_short …)",
+    )
     sheet.add_argument("--only", metavar="NAME", nargs="+", help="these controls alone")
 
     export = parser.add_argument_group("posed face")
@@ -81,7 +88,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 # What only one of the jobs understands.
 OWN = {
-    "--sheet OUT.png": ("size", "shaded", "drawn", "view", "only"),
+    "--sheet OUT.png": ("size", "shaded", "drawn", "view", "layers", "only"),
     "-o FACE": ("expression", "au", "gaze", "head", "neck", "names", "keys"),
 }
 
@@ -184,6 +191,7 @@ def _sheet(options: argparse.Namespace) -> int:
             view=options.view or "front",
             size=sheet.SIZE if options.size is None else options.size,
             identity=identity,
+            layers=options.layers or sheet.LAYERS,
             progress=bar,
         )
     with Outputs() as outputs:

@@ -18,6 +18,7 @@ from facs_rig.rotation import rotation
 
 Picture = NDArray[np.uint8]  # (h, w, 3)
 
+LAYERS = ("brow", "iris", "pupil", "lip")  # surface strokes of a plain drawing
 LEVELS = (0.0, 2.5, 5.0)
 KINDS = ("shaded", "drawn")
 VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned to its own left
@@ -70,13 +71,18 @@ def whole_head(rig: FaceRig, faces: Sequence[FaceParameters], size: int) -> Came
 
 
 def face_picture(
-    rig: FaceRig, parameters: FaceParameters, camera: Camera, kind: str, yaw: float = 0.0
+    rig: FaceRig,
+    parameters: FaceParameters,
+    camera: Camera,
+    kind: str,
+    yaw: float = 0.0,
+    layers: Sequence[str] = LAYERS,
 ) -> Picture:
-    """(h, w, 3) a posed face, `shaded` or `drawn`, on the colour of paper."""
+    """(h, w, 3) a posed face, `shaded` or `drawn` with these `layers`, on the colour of paper."""
     vertices = seen_from(rig.pose(parameters), yaw)
     if kind == "shaded":
         return paint(rig, vertices, camera, dict(parameters.identity))
-    strokes = draw_strokes(rig, vertices, camera, detail=1)
+    strokes = draw_strokes(rig, vertices, camera, 1, tuple(layers))
     style = Style(width=max(1.0, 0.35 + 0.0055 * camera.height))
     lines = ink(strokes, camera.width, camera.height, style)
     return np.repeat(np.minimum(lines, PAPER)[:, :, None], 3, axis=2)
@@ -168,15 +174,17 @@ def contact_sheet(
     view: str = "front",
     size: int = SIZE,
     identity: Mapping[str, float] | None = None,
+    layers: Sequence[str] = LAYERS,
     columns: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Picture:
     """(h, w, 3) controls at LEVELS, in groups, each with its name, action units and signature.
 
     names : controls, in any order;  kinds : rows of each control;  size : pixels, a face's height
-    identity : who wears the expressions;  columns : controls beside each other (chosen if None)
+    identity : who wears the expressions;  layers : of the drawings, see dataset_gen.draw_strokes
+    columns : controls beside each other (chosen if None)
     Turned faces show the side that acts.
-    Raises ValueError for unknown names, kinds, views and sizes.
+    Raises ValueError for unknown names, kinds, views, layers and sizes.
     """
     _check(names, kinds, view, size)
     who = dict(identity or {})
@@ -187,7 +195,7 @@ def contact_sheet(
 
     def picture(aus: Mapping[str, float], kind: str, yaw: float) -> Picture:
         nonlocal done
-        made = face_picture(rig, FaceParameters(aus, who), cameras[yaw], kind, yaw)
+        made = face_picture(rig, FaceParameters(aus, who), cameras[yaw], kind, yaw, layers)
         done += 1
         if progress:
             progress(done, work)

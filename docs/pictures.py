@@ -18,6 +18,7 @@ from PIL import Image, ImageDraw
 from addon import pipeline
 from addon.sheet import (
     KINDS,
+    LAYERS,
     PAPER,
     VIEWS,
     captioned,
@@ -185,6 +186,31 @@ def features() -> None:
     save("face_features.png", grid(blocks, 7, gap=8))
 
 
+def layers() -> None:
+    """Surface strokes that a drawing may have, and hair; they move with the face."""
+    rig = load_rig()
+    fine = ("brow_hair", "iris", "pupil", "lash", "lash_lower", "lip", "lip_line")
+    styles = sorted(name for name in rig.curves if name.startswith("hair_"))
+    sets = {
+        "contours alone": (),
+        "brow, iris, pupil, lip": LAYERS,
+        "brow_hair, lash, lip_line": fine,
+        "hairline": (*fine, "hairline"),
+        **{name: (*fine, name) for name in styles},
+    }
+    rest = FaceParameters({}, {"gender": 0.3})
+    lively = FaceParameters({"smile": 4.0, "squint": 2.0, "frontalis_left": 3.0},
+                            {"gender": 0.3}, (0.6, 0.1, 0.1))  # fmt: skip
+    blocks = []
+    for text, chosen in sets.items():
+        head = whole_head(rig, [rest, lively], 280)
+        # Hair needs more room than the head, above all at its sides.
+        camera = head.cropped(-12, -36, head.width + 12, head.height + 4, head.width + 24, 320)
+        faces = [face_picture(rig, face, camera, "drawn", layers=chosen) for face in (rest, lively)]
+        blocks.append(captioned(np.concatenate(faces), text))
+    save("face_layers.png", grid(blocks, 4))
+
+
 def gaze() -> None:
     """Where the eyes look, and the lids that follow them; then blinks while looking."""
     rig = load_rig()
@@ -349,8 +375,8 @@ def stages() -> None:
     )
 
 
-FACE = (contact_sheets, pairs, identities, features, gaze, one_sided, random_faces, extremes,
-        turned)  # fmt: skip
+FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
+        extremes, turned)  # fmt: skip
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, examples, stages)}
 
 

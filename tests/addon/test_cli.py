@@ -349,6 +349,7 @@ def test_rig_refuses_a_bad_expression_file(capsys, folder, content, says):
         (["--sheet", "s.png", "--size", "big"], "--size: invalid int value: 'big'"),
         (["--sheet", "s.png", "--identity", "aeg=1"], "did you mean 'age'?"),
         (["--sheet", "s.png", "--view", "back"], "invalid choice: 'back'"),
+        (["--sheet", "s.png", "--drawn", "--layers", "beard"], "beard"),
     ],
 )
 def test_rig_says_which_option_belongs_where(capsys, folder, arguments, says):
