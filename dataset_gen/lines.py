@@ -30,7 +30,7 @@ LEAST_ANGLE = 18.0
 DEPTH_BIAS = 0.0015  # metres
 BUFFER = 384  # pixels: small pictures get a finer depth buffer, up to 1.5 times
 SHORTEST = 3.0  # pixels, strokes below are left out
-HAIR_GAP = 2.2  # pixels between hairs that are drawn
+HAIR_GAP = 2.8  # pixels between hairs that are drawn
 MOST_OF_A_HAIR = 5  # points that a hair of lashes and brows has at most
 
 

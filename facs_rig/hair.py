@@ -201,6 +201,7 @@ def comb(style: Style, head: Head) -> tuple[NDArray, NDArray]:
         shell[k] = points
     smooth = gaussian_filter(shell, (1.2, 1.2, 0), mode="nearest")
     smooth[:, -1] = shell[:, -1]
+    smooth[:, 0] = (smooth[:, 0] + smooth[::-1, 0]) / 2  # both sides meet at the parting
     return smooth, notches
 
 

@@ -194,6 +194,86 @@ def test_mirrored_face_mirrored_drawing(rig):
         assert np.mean(cKDTree(a).query(b)[0] < 2.0) > 0.97
 
 
+HAIRS = ("brow_hair", "lash", "lash_lower")
+
+
+def test_layers_are_drawn_only_when_asked(rig):
+    posed = rig.pose(FaceParameters())
+    camera = Camera.framing(rig.curves["hair_long"].points(posed), 512, 512, 0.05)
+    plain = kinds(draw_strokes(rig, posed, camera))
+    assert not plain & set(rig.curves)
+    for layer in rig.curves:
+        assert layer in kinds(draw_strokes(rig, posed, camera, layers=(layer,)))
+        assert kinds(draw_strokes(rig, posed, camera, layers=(layer,))) <= {
+            "contour", "suggestive", layer
+        }  # fmt: skip
+
+
+@pytest.mark.parametrize("layer", HAIRS)
+def test_hairs_of_small_drawings_are_not_noise(rig, layer):
+    """At 256 px hairs are drawn so far apart that they can be told from each other; a large
+    drawing has more of them."""
+    posed = rig.pose(FaceParameters())
+    count = {}
+    for size in (256, 2048):
+        strokes = draw_strokes(rig, posed, frame(rig, size), layers=(layer,))
+        roots = [s.points[0] for s in strokes if s.kind == layer and len(s.points) <= 5]
+        count[size] = len(roots)
+        if size == 256 and layer == "lash":
+            from scipy.spatial import cKDTree
+
+            assert np.median(cKDTree(roots).query(roots, 2)[0][:, 1]) > 1.5
+    assert count[256] < 70
+    assert count[2048] > 1.5 * count[256]
+    dark = [
+        (ink(draw_strokes(rig, posed, frame(rig), layers=layers), 256, 256) < 128).sum()
+        for layers in ((), (layer,))
+    ]
+    assert dark[1] - dark[0] < 450  # pixels
+
+
+def test_hair_hides_what_lies_behind_it(rig):
+    """A bob covers ears and the skull's outline; the face inside it stays as it was."""
+    posed = rig.pose(FaceParameters())
+    camera = Camera.framing(rig.curves["hair_bob"].points(posed), 400, 400, 0.05)
+
+    def drawn(layers):
+        return [
+            s
+            for s in draw_strokes(rig, posed, camera, layers=("iris", *layers))
+            if s.kind in ("contour", "iris")
+        ]
+
+    bald, haired = (np.concatenate([s.points for s in drawn(layers)])
+                    for layers in ((), ("hair_bob",)))  # fmt: skip
+    skull = camera.project(posed[rig.parts["skin"]])[:, 1].min()
+    assert bald[:, 1].min() == pytest.approx(skull, abs=1)
+    assert haired[:, 1].min() > skull + 30
+    ear = np.ptp(bald[:, 0]) - np.ptp(haired[:, 0])
+    assert ear > 0.01 * camera.scale[0]
+    irises = [sum(len(s.points) for s in drawn(layers) if s.kind == "iris")
+              for layers in ((), ("hair_bob",))]  # fmt: skip
+    assert irises[0] == irises[1]
+
+
+@pytest.mark.parametrize("yaw", [0, 40, -70, 120, 180])
+@pytest.mark.parametrize("style", ["short", "bob", "long", "bun"])
+def test_hair_has_an_outline_from_every_side(rig, style, yaw):
+    posed = rig.pose(FaceParameters(head=(np.radians(yaw), 0, 0)))
+    shell = rig.curves[f"hair_{style}"].points(posed)
+    camera = Camera.framing(shell, 300, 300, 0.1)
+    strokes = draw_strokes(rig, posed, camera, layers=(f"hair_{style}",))
+    drawn = np.concatenate([s.points for s in strokes if s.kind == f"hair_{style}"])
+    seen = camera.project(shell)
+    assert drawn.min(axis=0) == pytest.approx(seen.min(axis=0), abs=4)
+    assert drawn.max(axis=0)[0] == pytest.approx(seen.max(axis=0)[0], abs=4)
+
+
+def test_an_unknown_layer_is_named(rig):
+    with pytest.raises(ValueError, match="no layer 'lashes'; did you mean 'lash'?"):
+        draw_strokes(rig, rig.neutral(), frame(rig), layers=("lashes",))
+
+
 def test_detail_is_checked(rig):
     with pytest.raises(ValueError, match="detail must be 0, 1 or 2, got 3"):
         draw_strokes(rig, rig.neutral(), frame(rig), detail=3)
