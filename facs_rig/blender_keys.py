@@ -7,6 +7,8 @@ expression, so that properties can be keyframed, driven and seen in the Graph Ed
 
 from __future__ import annotations
 
+import ast
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
@@ -101,14 +103,73 @@ def _add_key(
 
 def _drive_key(face: bpy.types.Object, name: str, expression: str) -> None:
     """Drive a key by its expression over the face's properties and earlier keys."""
-    text, names = abbreviated(expression)
-    if len(text) > LONGEST:
-        raise RuntimeError(f"the expression of '{name}' is longer than {LONGEST} characters")
     keys = face.data.shape_keys
-    variables = {
-        short: (face, f'["{long}"]')
-        if long in CONTROL_NAMES or long in PROPERTIES
-        else (keys, f'key_blocks["{long}"].value')
-        for short, long in names.items()
-    }
-    drive(keys.key_blocks[name].driver_add("value"), text, variables)
+    *parts, (_, whole) = in_parts(name, expression)
+
+    def source(variable: str) -> tuple[bpy.types.ID, str]:
+        if variable in CONTROL_NAMES or variable in PROPERTIES:
+            return face, f'["{variable}"]'
+        if variable in dict(parts):
+            return keys, f'["{variable}"]'
+        return keys, f'key_blocks["{variable}"].value'
+
+    for part, text in parts:
+        keys[part] = 0.0
+        _drive_by(keys.driver_add(f'["{part}"]'), text, source)
+    _drive_by(keys.key_blocks[name].driver_add("value"), whole, source)
+
+
+def _drive_by(fcurve: bpy.types.FCurve, expression: str, source) -> None:
+    text, names = abbreviated(expression)
+    drive(fcurve, text, {short: source(long) for short, long in names.items()})
+
+
+def in_parts(name: str, expression: str) -> list[tuple[str, str]]:
+    """An expression as (name, expression) pairs that are short enough for drivers, itself last.
+
+    A driver has room for LONGEST characters. The longest sum in a longer expression is cut in
+    two, and its first half becomes a variable `name_part_1` and so on. Raises RuntimeError if the
+    expression is long for another reason.
+    """
+    parts: list[tuple[str, str]] = []
+    while len(abbreviated(expression)[0]) > LONGEST:
+        tree = ast.parse(expression, mode="eval")
+        sums = [node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and _is_sum(node)]
+        longest = max(sums, key=lambda node: len(_terms(node)), default=None)
+        if longest is None or len(terms := _terms(longest)) < 3:
+            raise RuntimeError(f"the expression of '{name}' is too long for Blender")
+        part = f"{name}_part_{len(parts) + 1}"
+        half = len(terms) // 2
+        parts += in_parts(part, _text(_sum_of(terms[:half])))
+        rest = _sum_of(terms[half:])
+        longest.left, longest.op, longest.right = ast.Name(part, ast.Load()), ast.Add(), rest
+        expression = _text(tree)
+    return [*parts, (name, expression)]
+
+
+def _is_sum(node: ast.AST) -> bool:
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub)
+
+
+def _terms(node: ast.expr) -> list[ast.expr]:
+    """The terms of a sum; those that are subtracted with their sign."""
+    if not isinstance(node, ast.BinOp) or not _is_sum(node):
+        return [node]
+    right: ast.expr = node.right
+    if isinstance(node.op, ast.Sub):
+        right = ast.UnaryOp(ast.USub(), right)
+    return [*_terms(node.left), right]
+
+
+def _sum_of(terms: list[ast.expr]) -> ast.expr:
+    total = terms[0]
+    for term in terms[1:]:
+        if isinstance(term, ast.UnaryOp) and isinstance(term.op, ast.USub):
+            total = ast.BinOp(total, ast.Sub(), term.operand)
+        else:
+            total = ast.BinOp(total, ast.Add(), term)
+    return total
+
+
+def _text(tree: ast.AST) -> str:
+    return ast.unparse(tree).replace(" ", "")

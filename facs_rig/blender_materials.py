@@ -7,10 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
-from facs_rig.rig import FaceRig
+from facs_rig.rig import FaceRig, landmark_points
 
 EYE_MAP = "Eyes"  # UV map: 1 is the rim of the iris, 0 the middle of the pupil
+TINT = "Tint"  # attribute of the vertices: what the skin's colour is multiplied by
 _EYES = ("eyes", "iris", "pupil")
+_TINTED = ("skin", "lips", "brow_skin")
+# The polygons are too coarse for the rim of the lips, so it is drawn softly: what lies within this
+# distance of a vertex is averaged.
+SOFT = 0.0012  # metres
+# Where blood shows through: between which landmarks, how much, over which distance in metres.
+_BLUSH = ((("cheekbone_left", "nose_wing_left"), 0.25, 0.014),
+          (("cheekbone_right", "nose_wing_right"), 0.25, 0.014),
+          (("nose_tip",), 0.2, 0.008), (("chin",), 0.1, 0.010))  # fmt: skip
 
 # What else a principled shader needs to look like its material: input -> value, for each name
 # that Blender's versions have for it.
@@ -41,9 +50,35 @@ def add_materials(
     places = _eye_places(rig, neutral)
     layer = mesh.uv_layers.new(name=EYE_MAP)
     layer.data.foreach_set("uv", np.ascontiguousarray(places[corners]).ravel())
+    tint = mesh.attributes.new(TINT, "FLOAT_VECTOR", "POINT")
+    tint.data.foreach_set("vector", np.ascontiguousarray(_tints(rig, neutral)).ravel())
     for name in MATERIAL_NAMES:
         mesh.materials.append(_material(name, rig, neutral, made))
     mesh.polygons.foreach_set("material_index", materials_at(rig, neutral, centres, part))
+
+
+def _tints(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, 3) colour of each vertex as against plain skin: lips, skin under brows, blushes."""
+    tints = np.ones((len(neutral), 3), dtype=np.float32)
+    skin = np.flatnonzero(rig.parts["skin"] & (neutral[:, 2] > 0))
+    colours = np.array([MATERIALS[name][0][:3] for name in MATERIAL_NAMES])
+    tinted = np.isin(np.arange(len(MATERIAL_NAMES)), [MATERIAL_NAMES.index(n) for n in _TINTED])
+    part = rig.vertex_part[skin]
+    total, count = np.zeros((len(skin), 3)), np.zeros((len(skin), 1))
+    for turn in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+        for radius in (0.4 * SOFT, SOFT):
+            aside = radius * np.array([np.cos(turn), np.sin(turn), 0.0])
+            index = materials_at(rig, neutral, neutral[skin] + aside, part)
+            total += colours[index] * tinted[index, None]
+            count += tinted[index, None]
+    plain = np.array(MATERIALS["skin"][0][:3])
+    tints[skin] = np.where(count > 0, total / np.maximum(count, 1), plain) / plain
+    places = landmark_points(rig, neutral)
+    for names, amount, reach in _BLUSH:
+        middle = np.mean([places[name] for name in names], axis=0)
+        far = np.linalg.norm(neutral[skin] - middle, axis=1) / reach
+        tints[skin] *= 1 - amount * np.exp(-0.5 * far**2)[:, None] * (0.1, 0.8, 0.7)
+    return tints
 
 
 def _eye_places(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -83,11 +118,27 @@ def _material(
     for name, value in _FINISH.get(part, {}).items():
         if name in shader.inputs:
             shader.inputs[name].default_value = value
+    if part in _TINTED:
+        _tint_skin(material.node_tree, shader)
     if part in _EYES:
         rims = [rig.stroke_points(neutral, f"{ring}_left") for ring in ("pupil", "iris")]
         pupil, iris = (np.linalg.norm(rim - rim.mean(axis=0), axis=1).mean() for rim in rims)
         _draw_eye(material.node_tree, shader, float(pupil / iris))
     return material
+
+
+def _tint_skin(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
+    """Colour = skin (a node of its own, to be changed) times the tint of the vertices."""
+    plain = tree.nodes.new("ShaderNodeRGB")
+    plain.label, plain.location = "Skin", (-600, 300)
+    plain.outputs[0].default_value = MATERIALS["skin"][0]
+    tint = tree.nodes.new("ShaderNodeAttribute")
+    tint.attribute_name, tint.location = TINT, (-600, 80)
+    product = tree.nodes.new("ShaderNodeVectorMath")
+    product.operation, product.location = "MULTIPLY", (-300, 200)
+    tree.links.new(plain.outputs[0], product.inputs[0])
+    tree.links.new(tint.outputs["Vector"], product.inputs[1])
+    tree.links.new(product.outputs[0], shader.inputs["Base Color"])
 
 
 def _draw_eye(tree: bpy.types.NodeTree, shader: bpy.types.Node, pupil: float) -> None:
