@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 from .lines import Stroke
 
 SUPERSAMPLING = 4
+HAIR, HAIR_ODDS = ("hair_short", "hair_bob", "hair_long", "hair_bun"), 0.3
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,11 @@ class Style:
 def sample_style(rng: np.random.Generator) -> Style:
     """A random style: from clean ink to a loose pen that goes over its lines."""
     loose = rng.random() < 0.5
-    odds = {"brow": 0.85, "iris": 0.8, "pupil": 0.6, "lip": 0.65}
+    odds = {"brow": 0.85, "iris": 0.8, "pupil": 0.6, "lip": 0.65,
+            "brow_hair": 0.15, "lash": 0.25, "lip_line": 0.25, "hairline": 0.1}  # fmt: skip
     layers = [layer for layer, p in odds.items() if rng.random() < p]
+    if rng.random() < HAIR_ODDS:
+        layers.append(str(rng.choice(HAIR)))
     return Style(
         width=float(rng.uniform(1.0, 2.8)),
         fading=float(rng.uniform(0.0, 0.8)),

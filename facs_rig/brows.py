@@ -75,7 +75,7 @@ def _roots(rng: np.random.Generator) -> list[tuple[float, float]]:
     for k in range(COUNT):
         row = k % ROWS
         at = (k + 0.5 + rng.uniform(-1.2, 1.2)) / COUNT
-        along = np.interp(np.clip(at, 0, 1), share / share[-1], np.linspace(0, 1, 200))
+        along = float(np.interp(np.clip(at, 0, 1), share / share[-1], np.linspace(0, 1, 200)))
         across = (row + rng.uniform(0.1, 0.7)) / ROWS
         along = max(0.95 * along, 0.07 * (across - 0.3)) + rng.uniform(0, 0.012)  # a rounded end
         out.append((float(along), float(across)))
@@ -91,7 +91,7 @@ def _outline(along: float, across: float, rng: np.random.Generator) -> NDArray:
     below, above = (np.interp(along, STOPS, a) for a in (FROM_BELOW, FROM_ABOVE))
     spread = 6 + 8 * max(0.0, 1 - 8 * along)
     slant = np.radians(below + across * (above - below) + rng.normal(0, spread))
-    length = 0.1 * np.interp(along, STOPS, LENGTH) * rng.uniform(0.8, 1.1)
+    length = float(0.1 * np.interp(along, STOPS, LENGTH) * rng.uniform(0.8, 1.1))
     tangent = np.gradient(middle, axis=0)
     heading = np.arctan2(tangent[:, 1], tangent[:, 0])
 

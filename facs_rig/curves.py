@@ -63,7 +63,7 @@ def read_curves(arrays: Mapping[str, NDArray]) -> dict[str, Curves]:
 
 def curve_arrays(layers: Mapping[str, Curves]) -> dict[str, NDArray]:
     """The arrays that `read_curves` reads."""
-    out = {}
+    out: dict[str, NDArray] = {}
     for name, curves in layers.items():
         out |= {f"curve_{name}_{f}": getattr(curves, f) for f in FIELDS}
         out |= {"head_anchors": curves.anchors, "head_axes": curves.axes}
@@ -94,8 +94,11 @@ def make_curves(
 def as_arrays(**values: NDArray) -> Curves:
     """Curves with every array in the type that the asset keeps."""
     whole = ("index", "places", "starts", "triangles", "anchors")
-    types = {f.name: np.int32 if f.name in whole else np.float32 for f in fields(Curves)}
-    return Curves(**{name: np.asarray(values[name]).astype(kind) for name, kind in types.items()})
+    typed: dict[str, NDArray] = {
+        f.name: np.asarray(values[f.name]).astype(np.int32 if f.name in whole else np.float32)
+        for f in fields(Curves)
+    }
+    return Curves(**typed)
 
 
 def head_frame(vertices: NDArray, skin: NDArray) -> tuple[NDArray, NDArray]:

@@ -91,7 +91,9 @@ def lashes(
 def lash_lines(first: int) -> tuple[list, list, list]:
     """Lines for drawing, for lashes from vertex `first` on, each with indices and weights (k, 3):
     the upper lids' edges, the upper lashes, the lower lashes."""
-    edges, uppers, lowers = [], [], []
+    edges: list[tuple[NDArray, NDArray]] = []
+    uppers: list[tuple[NDArray, NDArray]] = []
+    lowers: list[tuple[NDArray, NDArray]] = []
     base = first
     for _ in range(2):
         for row, lines in ((LOWER, lowers), (UPPER, uppers)):
