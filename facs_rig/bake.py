@@ -53,6 +53,7 @@ from .lids import (
     measure_opening,
 )
 from .lips import (
+    LEAST_CLOSING,
     PARTING,
     PRESSED,
     closing,
@@ -234,6 +235,11 @@ def bake(data: Path) -> dict[str, NDArray]:
         helpers += lid_keys(side, *shares)
         moves.append(padded(deltas, len(base)))
     closings = np.stack([closing(matrix @ c[:m], markers) for c in controls])
+    closings[np.abs(closings) < LEAST_CLOSING] = 0
+    for k in sorted(set(whole)):  # a symmetric control is exactly its two sides
+        sides = [j for j in range(len(whole)) if whole[j] == k != j]
+        if sides:
+            closings[k] = closings[sides].sum(axis=0)
     helpers += lip_keys(tuple(c.name for c in CONTROLS), closings)
     moves.append(padded(apart, len(base)))
     keys += helpers
@@ -366,6 +372,11 @@ def measured_shares(side, controls, matrix, m, plain, field) -> tuple[dict, dict
             upper[control.name] = up
         if abs(low) > LEAST:
             lower[control.name] = low
+    for shares in (upper, lower):  # a symmetric control moves this lid as its own side does
+        for name in [c.name.removesuffix(f"_{side}") for c in CONTROLS if c.side == side]:
+            shares.pop(name, None)
+            if f"{name}_{side}" in shares:
+                shares[name] = shares[f"{name}_{side}"]
     return upper, lower
 
 

@@ -224,8 +224,8 @@ def lid_keys(
     """
 
     def total(shares: dict[str, float], follows: float) -> str:
-        terms = [f"{value / 5:+.3g}*{name}" for name, value in shares.items()]
-        return "".join([*terms, f"{follows:+.3g}*gaze_pitch"]).lstrip("+")
+        terms = [f"{value / 5:+.4g}*{name}" for name, value in shares.items()]
+        return "".join([*terms, f"{follows:+.4g}*gaze_pitch"]).lstrip("+")
 
     low, up = f"lid_lower_{side}", f"lid_upper_{side}"
     raised = f"min(max({total(lower, LOWER_FOLLOWS)},{LOWER_DOWN}),{LOWER_UP})"

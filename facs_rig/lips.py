@@ -20,7 +20,7 @@ SLACK = 0.0002  # metres that lips may press into each other before they are par
 PRESSED = 0.0004  # metres that lips at rest press into each other, so that no gap shows
 # Controls that part the lips; all others leave a closed mouth closed.
 PARTING = ("sneer", "lower_lip_depress", "lip_loosen", "jaw_", "wince")
-LEAST = 0.00025  # metres at intensity 5: a control that does less does not count
+LEAST_CLOSING = 0.00025  # metres at intensity 5: a control that does less does not count
 
 
 def lip_zones(
@@ -83,9 +83,9 @@ def lip_keys(names: tuple[str, ...], closings: NDArray) -> list[Key]:
     keys = []
     for zone in range(len(ZONES)):
         terms = [
-            f"{value / OVERLAP / 5:+.3g}*{name}"
+            f"{value / OVERLAP / 5:+.4g}*{name}"
             for name, value in zip(names, closings[:, zone], strict=True)
-            if abs(value) > LEAST
+            if value
         ]
         keys.append(Key(f"lips_apart_{zone + 1}", f"max({''.join(terms)}-{SLACK / OVERLAP:.3g},0)"))
     return keys

@@ -19,6 +19,7 @@ from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
 from .parameters import FaceParameters, intensities
+from .posing import blended, refine_many, turned, with_creases
 from .rotation import rotation
 from .subdivide import triangulate
 
@@ -76,11 +77,14 @@ class FaceRig:
         self._lid_rest = arrays["lid_rest"]
         self._arkit = (arrays, "arkit")
         self.weights: NDArray[np.float32] = arrays["weights"]
+        self._blocks = with_creases(self._matrix, self._crease_at)
         self._blended = np.flatnonzero((self.weights < 1).any(axis=1))
         x = (self._matrix @ self._base[: self._m])[:, 0]
         eyes = self.parts["eyes"]
         self._eyes = {"eye_left": np.flatnonzero(eyes & (x > 0)),
                       "eye_right": np.flatnonzero(eyes & (x <= 0))}  # fmt: skip
+        self._eye_rows = {eye: self._matrix[at] for eye, at in self._eyes.items()}
+        self._blended_rows = self._matrix[self._blended]
         self.curves = read_curves(arrays)
         self.strokes = {
             name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
@@ -111,9 +115,12 @@ class FaceRig:
 
     def scalars(self, identity: Mapping[str, float]) -> dict[str, float]:
         """The properties `crease_gain` and `lid_rest` that the keys' expressions read."""
+        return self._scalars(identity, target_weights(identity))
+
+    def _scalars(self, identity: Mapping[str, float], weights: NDArray) -> dict[str, float]:
         return {
             "crease_gain": crease_gain(identity),
-            "lid_rest": float(self._lid_rest @ target_weights(identity)),
+            "lid_rest": float(self._lid_rest @ weights),
         }
 
     @cached_property
@@ -136,18 +143,27 @@ class FaceRig:
 
     # --- expression ---
 
-    def variables(self, parameters: FaceParameters) -> dict[str, float]:
-        """Every variable of the keys' expressions: controls 0 to 10, gaze in degrees, scalars."""
-        yaw, pitch = np.degrees(parameters.gaze)
-        aus = dict(zip(CONTROL_NAMES, intensities(parameters.aus).tolist(), strict=True))
-        return {**aus, "gaze_yaw": float(yaw), "gaze_pitch": float(pitch),
-                **self.scalars(parameters.identity)}  # fmt: skip
-
     def key_values(self, parameters: FaceParameters) -> NDArray[np.float32]:
         """(keys,) the value of every key; ValueError for unknown names and bad values."""
-        variables = self.variables(parameters)
-        controls = [variables[name] / FULL_INTENSITY for name in CONTROL_NAMES]
-        return np.concatenate([controls, self._values(variables)]).astype(np.float32)
+        return self._key_values([parameters], [target_weights(parameters.identity)])[0]
+
+    def _key_values(
+        self, batch: Sequence[FaceParameters], who: Sequence[NDArray]
+    ) -> NDArray[np.float32]:
+        """(b, keys) the values of every key for many faces; who : their identities' weights."""
+        controls = np.stack([intensities(p.aus) for p in batch])
+        columns = zip(CONTROL_NAMES, controls.T.astype(float), strict=True)
+        variables: dict[str, NDArray] = dict(columns)
+        gaze = np.degrees([p.gaze for p in batch])
+        variables |= {"gaze_yaw": gaze[:, 0], "gaze_pitch": gaze[:, 1]}
+        scalars = [self._scalars(p.identity, w) for p, w in zip(batch, who, strict=True)]
+        variables |= {name: np.array([s[name] for s in scalars]) for name in scalars[0]}
+        if len(batch) == 1:  # plain numbers are quicker than arrays of one
+            helpers = self._values({name: float(v[0]) for name, v in variables.items()})[:, None]
+        else:
+            helpers = self._values(variables)
+        values = np.concatenate([controls / FULL_INTENSITY, helpers.T], axis=1)
+        return values.astype(np.float32)
 
     @cached_property
     def key_deltas(self) -> NDArray[np.float32]:
@@ -248,27 +264,39 @@ class FaceRig:
         self, parameters: FaceParameters, offsets: NDArray | None = None
     ) -> NDArray[np.float32]:
         """(n, 3) the posed face: `turn(shape(parameters, offsets), parameters)`."""
+        if offsets is None:
+            return self.pose_batch([parameters])[0]
         return self.turn(self.shape(parameters, offsets), parameters)
 
     def pose_batch(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
         """(b, n, 3) many posed faces."""
-        out = np.empty((len(batch), self.n_vertices, 3), dtype=np.float32)
         if not batch:
-            return out
-        values = np.stack([self.key_values(p) for p in batch])
-        who = np.stack([target_weights(p.identity) for p in batch]).astype(np.float32)
-        split = len(self._cage_keys)
-        cages = (who @ self._identity + values[:, :split] @ self._cage_keys).reshape(
-            len(batch), -1, 3
-        )
+            return np.empty((0, self.n_vertices, 3), dtype=np.float32)
+        weights = np.stack([target_weights(p.identity) for p in batch])
+        values, split = self._key_values(batch, weights), len(self._cage_keys)
+        cages = weights.astype(np.float32) @ self._identity + values[:, :split] @ self._cage_keys
+        cages = cages.reshape(len(batch), -1, 3)
         cages += self._base
-        cages -= cages[:, self._m : self._m + 1]
+        joints = cages[:, self._m :] - cages[:, self._m : self._m + 1]
+        cages = cages[:, : self._m] - cages[:, self._m : self._m + 1]
         creases = (values[:, split:] @ self._creases).reshape(len(batch), -1, 3)
-        for k, parameters in enumerate(batch):
-            out[k] = self._matrix @ cages[k, : self._m]
-            out[k, self._crease_at] += creases[k]
-            if any((*parameters.head, *parameters.neck, *parameters.gaze)):
-                out[k] = self.turn(out[k], parameters)
+        if not any(any((*p.head, *p.neck, *p.gaze)) for p in batch):
+            return refine_many(self._blocks, cages, creases)
+
+        head, neck, gaze = (
+            np.stack([rotation(angles) for angles in part]).astype(np.float32)
+            for part in zip(*((p.head, p.neck, (*p.gaze, 0.0)) for p in batch), strict=True)
+        )
+        still = np.zeros_like(joints[:, 0])  # the head turns about the origin, then the neck
+        both, shift = neck @ head, joints[:, 1:2] - turned(joints[:, 1:2], neck)
+        out = refine_many(self._blocks, turned(cages, both) + shift, turned(creases, both))
+        for eye, at in self._eyes.items():
+            ball = refine_many([self._eye_rows[eye]], cages)
+            ball = turned(ball, gaze, joints[:, JOINTS.index(eye)])
+            out[:, at] = turned(ball, both) + shift
+        weights = self.weights[self._blended]
+        skin = blended(refine_many([self._blended_rows], cages), weights[:, 0], head, still)
+        out[:, self._blended] = blended(skin, weights[:, 1], neck, joints[:, 1])
         return out
 
     def stroke_points(self, vertices: NDArray, name: str) -> NDArray:

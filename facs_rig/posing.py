@@ -1,0 +1,56 @@
+"""Posing many faces at once: the same sums and rotations as FaceRig, on stacks of small cages.
+
+Refinement is linear and its rows sum to one, so it commutes with rotations: heads are turned as
+cages, and only the skin of the neck, which follows in part, and the eyes are turned by themselves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+ROWS = 512  # of the refinement matrix at a time: what they give stays in the processor's cache
+
+
+def with_creases(matrix: sp.csr_matrix, at: NDArray) -> list[sp.csr_matrix]:
+    """The refinement (n, m) in blocks of ROWS rows, with a column more for each creased vertex.
+
+    at : (u,) vertices that creases move; their displacements stand behind the cage's vertices
+    """
+    n, u = matrix.shape[0], len(at)
+    creases = sp.csr_matrix((np.ones(u, dtype=np.float32), (at, np.arange(u))), shape=(n, u))
+    whole = sp.hstack([matrix, creases]).tocsr()
+    return [whole[k : k + ROWS] for k in range(0, n, ROWS)]
+
+
+def refine_many(blocks: list[sp.csr_matrix], *cages: NDArray) -> NDArray[np.float32]:
+    """(b, n, 3) fine faces of cages (b, m, 3), and crease displacements (b, u, 3) behind them."""
+    count = len(cages[0])
+    flat = np.empty((sum(c.shape[1] for c in cages), count, 3), dtype=np.float32)
+    np.concatenate([c.transpose(1, 0, 2) for c in cages], out=flat)
+    flat = flat.reshape(-1, 3 * count)
+    out = np.empty((count, sum(b.shape[0] for b in blocks), 3), dtype=np.float32)
+    start = 0
+    for block in blocks:
+        stop = start + block.shape[0]
+        out[:, start:stop] = (block @ flat).reshape(-1, count, 3).transpose(1, 0, 2)
+        start = stop
+    return out
+
+
+def turned(points: NDArray, rotations: NDArray, pivots: NDArray | None = None) -> NDArray:
+    """Points (b, k, 3) turned by rotations (b, 3, 3) about pivots (b, 3), or the origin."""
+    back = rotations.transpose(0, 2, 1)
+    out = points @ back
+    if pivots is not None:
+        out += (pivots - (pivots[:, None] @ back)[:, 0])[:, None]
+    return out
+
+
+def blended(
+    points: NDArray, weights: NDArray, rotations: NDArray, pivots: NDArray
+) -> NDArray[np.float32]:
+    """Like `turned`, each point following by its weight (k,) (linear blend skinning)."""
+    share = weights[None, :, None]
+    return points + share * (turned(points, rotations, pivots) - points)
