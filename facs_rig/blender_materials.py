@@ -17,9 +17,9 @@ _TINTED = ("skin", "lips", "brow_skin")
 # distance of a vertex is averaged.
 SOFT = 0.0012  # metres
 # Where blood shows through: between which landmarks, how much, over which distance in metres.
-_BLUSH = ((("cheekbone_left", "nose_wing_left"), 0.25, 0.014),
-          (("cheekbone_right", "nose_wing_right"), 0.25, 0.014),
-          (("nose_tip",), 0.2, 0.008), (("chin",), 0.1, 0.010))  # fmt: skip
+_BLUSH = ((("cheekbone_left", "nose_wing_left"), 0.13, 0.017),
+          (("cheekbone_right", "nose_wing_right"), 0.13, 0.017),
+          (("nose_tip",), 0.14, 0.008), (("chin",), 0.06, 0.012))  # fmt: skip
 
 # What else a principled shader needs to look like its material: input -> value, for each name
 # that Blender's versions have for it.
