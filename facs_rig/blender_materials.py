@@ -61,18 +61,26 @@ def _tints(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, 3) colour of each vertex as against plain skin: lips, skin under brows, blushes."""
     tints = np.ones((len(neutral), 3), dtype=np.float32)
     skin = np.flatnonzero(rig.parts["skin"] & (neutral[:, 2] > 0))
+    plain = np.array(MATERIALS["skin"][0][:3])
     colours = np.array([MATERIALS[name][0][:3] for name in MATERIAL_NAMES])
     tinted = np.isin(np.arange(len(MATERIAL_NAMES)), [MATERIAL_NAMES.index(n) for n in _TINTED])
-    part = rig.vertex_part[skin]
-    total, count = np.zeros((len(skin), 3)), np.zeros((len(skin), 1))
+
+    material = np.full(len(neutral), MATERIAL_NAMES.index("skin"))
+    material[skin] = materials_at(rig, neutral, neutral[skin], rig.vertex_part[skin])
+    tints[tinted[material]] = (colours[material] / plain)[tinted[material]]
+
+    around = material[rig.triangles]
+    mixed = (around != around[:, :1]).any(axis=1)
+    rim = np.intersect1d(rig.triangles[mixed], skin)
+    total, count = np.zeros((len(rim), 3)), np.zeros((len(rim), 1))
     for turn in np.linspace(0, 2 * np.pi, 8, endpoint=False):
         for radius in (0.4 * SOFT, SOFT):
             aside = radius * np.array([np.cos(turn), np.sin(turn), 0.0])
-            index = materials_at(rig, neutral, neutral[skin] + aside, part)
+            index = materials_at(rig, neutral, neutral[rim] + aside, rig.vertex_part[rim])
             total += colours[index] * tinted[index, None]
             count += tinted[index, None]
-    plain = np.array(MATERIALS["skin"][0][:3])
-    tints[skin] = np.where(count > 0, total / np.maximum(count, 1), plain) / plain
+    tints[rim] = np.where(count > 0, total / np.maximum(count, 1), plain) / plain
+
     places = landmark_points(rig, neutral)
     for names, amount, reach in _BLUSH:
         middle = np.mean([places[name] for name in names], axis=0)

@@ -322,3 +322,54 @@ def test_identity_that_cannot_be_changes_nothing(rig, evaluated):
     baked = build_face("Baked", rig, FaceParameters())
     with pytest.raises(ValueError, match="'Baked' has no identity keys"):
         set_identity(baked, rig, {"weight": 1.0})
+
+
+def test_renders_draw_round_irises_and_soft_lips(rig):
+    face = build_face("Face", rig, FaceParameters(identity={"eye_size": 0.5}))
+    corners = np.asarray(rig.polygon_vertices)
+    flat = np.empty(2 * len(corners), dtype=np.float32)
+    face.data.uv_layers["Eyes"].data.foreach_get("uv", flat)
+    from_middle = np.linalg.norm(flat.reshape(-1, 2), axis=1)
+    assert set(rig.vertex_part[corners[from_middle < 2]]) == {rig.part_names.index("eyes")}
+    neutral = rig.neutral({"eye_size": 0.5})
+    for side in ("left", "right"):
+        rim = rig.stroke_points(neutral, f"iris_{side}")
+        middle, radius = rim.mean(axis=0), np.ptp(rim[:, 0]) / 2
+        eye = rig.parts["eyes"] & (neutral[:, 2] > middle[2] - 0.5 * radius)
+        away = np.linalg.norm((neutral - middle)[:, :2], axis=1) / radius
+        mine = eye[corners] & (away[corners] < 1.5)
+        assert mine.any()
+        assert np.abs(from_middle[mine] - away[corners][mine]).max() < 0.05
+    tint = np.empty(3 * rig.n_vertices, dtype=np.float32)
+    face.data.attributes["Tint"].data.foreach_get("vector", tint)
+    green = tint.reshape(-1, 3)[:, 1]
+    assert np.allclose(green[~rig.parts["skin"]], 1)
+    lips = {v for p in face.data.polygons if MATERIAL_NAMES[p.material_index] == "lips"
+            for v in p.vertices}  # fmt: skip
+    assert green[list(lips)].mean() < 0.75 < np.median(green[rig.parts["skin"]])
+    assert ((green > 0.62) & (green < 0.9)).sum() > 50  # between lips and skin
+
+
+def test_faces_render(rig, tmp_path):
+    scene = bpy.context.scene
+    build_face("Face", rig, FaceParameters({"smile": 4.0, "jaw_open": 3.0}))
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.3
+    camera.location, camera.rotation_euler = (0, -1, 0), (np.pi / 2, 0, 0)
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.rotation_euler = 3.0, (1.0, 0.3, 0.0)
+    for thing in (camera, sun):
+        scene.collection.objects.link(thing)
+    scene.camera, scene.render.engine = camera, "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 2, False
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    scene.render.film_transparent = True
+    scene.view_settings.view_transform = "Standard"
+    scene.render.filepath = str(tmp_path / "face.png")
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(scene.render.filepath)
+    pixels = np.array(image.pixels).reshape(64, 64, 4)
+    covered = pixels[..., 3] > 0.9
+    assert 0.25 < covered.mean() < 0.8
+    red, green, blue = pixels[covered][:, :3].mean(axis=0)
+    assert 0.2 < blue < green < red  # skin, not the magenta or black of a broken material
