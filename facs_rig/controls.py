@@ -7,7 +7,7 @@ activation.
 
 A control's `mix` names the blendshapes that it is made of, with their weights at intensity 5:
 `units/...` are MakeHuman's expression units, `arkit/...` the ARKit-named ones, `lids/...` are
-turned by facs_rig.lids. Controls of both
+turned by facs_rig.baking.lids. Controls of both
 sides are the sum of their left and right versions, so that those add up to the symmetric one.
 """
 
@@ -23,7 +23,7 @@ Mix = tuple[tuple[str, float], ...]
 
 @dataclass(frozen=True)
 class Control:
-    """One FACS control. `creases` names the crease curves (facs_rig.creases) it raises."""
+    """One FACS control. `creases` names the crease curves (facs_rig.baking.creases) it raises."""
 
     name: str
     label: str
@@ -155,11 +155,14 @@ CONTROLS: tuple[Control, ...] = (
     *_both("lip_loosen_lower", "Lower lip loosen", "lower", ("22c",), "Orbicularis oris",
            "lower lip funnelled", (("arkit/mouthFunnel^lower", 1.0),)),
     *_both("lip_lock", "Lip lock", "lower", ("24a",), "Orbicularis oris",
-           "lips pressed together", (("arkit/mouthPress{Side}", 1.0),)),
+           "lips pressed together", (("arkit/mouthPress{Side}", 0.6),
+           ("arkit/mouthRollUpper", 0.35), ("arkit/mouthRollLower", 0.35))),
     *_both("lip_lock_upper", "Upper lip lock", "lower", ("24b",), "Orbicularis oris",
-           "upper lip pressed down", (("arkit/mouthPress{Side}^upper", 1.0),)),
+           "upper lip pressed down", (("arkit/mouthPress{Side}^upper", 0.6),
+           ("arkit/mouthRollUpper", 0.35))),
     *_both("lip_lock_lower", "Lower lip lock", "lower", ("24c",), "Orbicularis oris",
-           "lower lip pressed up", (("arkit/mouthPress{Side}^lower", 1.0),)),
+           "lower lip pressed up", (("arkit/mouthPress{Side}^lower", 0.6),
+           ("arkit/mouthRollLower", 0.35))),
     *_both("jaw_open", "Jaw open", "lower", ("26a",), "Digastric, masseter relaxed",
            "mouth open", (("arkit/jawOpen", 0.7),)),
     _one("jaw_left", "Jaw left", "lower", ("26b",), "Temporalis, masseter",
@@ -177,6 +180,17 @@ CONTROLS: tuple[Control, ...] = (
 )  # fmt: skip
 
 CONTROL_NAMES: tuple[str, ...] = tuple(c.name for c in CONTROLS)
+
+
+def _whole() -> tuple[int, ...]:
+    stems = [name.removesuffix("_left").removesuffix("_right") for name in CONTROL_NAMES]
+    return tuple(
+        CONTROL_NAMES.index(stem) if stem in CONTROL_NAMES else k for k, stem in enumerate(stems)
+    )
+
+
+# For each control the number of the symmetric one that it is a side of, or its own.
+WHOLE: tuple[int, ...] = _whole()
 
 # The twelve that the thesis' classifiers see, in its order.
 DETECTED: tuple[str, ...] = (

@@ -148,7 +148,7 @@ class FaceRig:
         return self._key_values([parameters], [target_weights(parameters.identity)])[0]
 
     def _key_values(
-        self, batch: Sequence[FaceParameters], who: Sequence[NDArray]
+        self, batch: Sequence[FaceParameters], who: Sequence[NDArray] | NDArray
     ) -> NDArray[np.float32]:
         """(b, keys) the values of every key for many faces; who : their identities' weights."""
         controls = np.stack([intensities(p.aus) for p in batch])
@@ -275,8 +275,7 @@ class FaceRig:
         weights = np.stack([target_weights(p.identity) for p in batch])
         values, split = self._key_values(batch, weights), len(self._cage_keys)
         cages = weights.astype(np.float32) @ self._identity + values[:, :split] @ self._cage_keys
-        cages = cages.reshape(len(batch), -1, 3)
-        cages += self._base
+        cages = self._base + cages.reshape(len(batch), -1, 3)
         joints = cages[:, self._m :] - cages[:, self._m : self._m + 1]
         cages = cages[:, : self._m] - cages[:, self._m : self._m + 1]
         creases = (values[:, split:] @ self._creases).reshape(len(batch), -1, 3)
@@ -294,9 +293,9 @@ class FaceRig:
             ball = refine_many([self._eye_rows[eye]], cages)
             ball = turned(ball, gaze, joints[:, JOINTS.index(eye)])
             out[:, at] = turned(ball, both) + shift
-        weights = self.weights[self._blended]
-        skin = blended(refine_many([self._blended_rows], cages), weights[:, 0], head, still)
-        out[:, self._blended] = blended(skin, weights[:, 1], neck, joints[:, 1])
+        follow = self.weights[self._blended]
+        skin = blended(refine_many([self._blended_rows], cages), follow[:, 0], head, still)
+        out[:, self._blended] = blended(skin, follow[:, 1], neck, joints[:, 1])
         return out
 
     def stroke_points(self, vertices: NDArray, name: str) -> NDArray:

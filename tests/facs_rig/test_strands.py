@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from facs_rig import CONTROL_NAMES, IDENTITY, FaceParameters, landmark_points, load_rig
 from facs_rig.anatomy import HAIR_PARTS
-from facs_rig.brows import COUNT, brow_lines
-from facs_rig.lashes import LOWER, UPPER, lash_lines
-from facs_rig.strands import closest_on_skin
+from facs_rig.baking.brows import COUNT, brow_lines
+from facs_rig.baking.lashes import LOWER, UPPER, lash_lines
+from facs_rig.baking.strands import closest_on_skin
 
 MM = 1e-3
 PEOPLE = (

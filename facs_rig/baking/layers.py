@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .anatomy import LIP_LOWER, LIP_UPPER, PART_NAMES
+from ..anatomy import LIP_LOWER, LIP_UPPER, PART_NAMES
+from ..camera import Camera
+from ..curves import Curves, head_frame, make_curves
+from ..raster import barycentric, rasterise
 from .brows import brow_lines
-from .camera import Camera
-from .curves import Curves, head_frame, make_curves
 from .hair import CM, STYLES, Head, hair_curves, hairline
 from .lashes import lash_lines
-from .raster import barycentric, rasterise
 
 EDGE_WIDTH, LASH_WIDTH, HAIR_WIDTH = 1.5, 0.65, 0.6  # shares of a drawing's line width
 PIXELS = 10_000.0  # per metre: the line of the lips is found to a tenth of a millimetre

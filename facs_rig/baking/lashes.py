@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from .anatomy import PART_NAMES
-from .mesh import vertex_normals
+from ..anatomy import PART_NAMES
+from ..mesh import vertex_normals
 from .strands import (
     MM,
     Hairs,

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-from .anatomy import PART_NAMES, bind_from_front, smooth_curve
-from .controls import Control
+from ..anatomy import PART_NAMES, bind_from_front, smooth_curve
+from ..controls import Control
 
 Points = tuple[tuple[float, float], ...]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
-from .anatomy import smooth_curve
-from .curves import Curves, as_arrays
+from ..anatomy import smooth_curve
+from ..curves import Curves, as_arrays
 from .strands import closest_on_skin
 
 CM = 0.01

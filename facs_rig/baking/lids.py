@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
-from .keys import Key
-from .raster import rasterise
+from ..camera import Camera
+from ..keys import Key
+from ..raster import rasterise
 
 PIXELS = 10_000.0  # per metre: the opening of the eye is measured to a tenth of a millimetre
 REACH_UP, REACH_DOWN = np.radians(27.0), np.radians(30.0)  # skin beyond the rim that a lid pulls
@@ -25,7 +25,7 @@ RIM_FADE = np.radians(26.0)  # beyond the rim, where the controls' own movement 
 # How far lids go, as shares of the opening: wide open, and the lower lid's highest place.
 WIDEST, LOWER_DOWN, LOWER_UP = -0.55, -0.45, 0.55
 # How far lids follow the eye: shares of the opening for each degree that it looks down.
-UPPER_FOLLOWS, LOWER_FOLLOWS = 0.024, -0.014
+UPPER_FOLLOWS, LOWER_FOLLOWS = 0.019, -0.012
 # Blink is set, not measured: it closes the eye, a little from below.
 BLINK_UPPER, BLINK_LOWER = 1.0, 0.1
 CORNERS = 0.004  # metres beyond the visible ball over which the opening closes to its corner
@@ -97,11 +97,11 @@ def hold_rim(
 
 
 def measure_opening(
-    vertices: NDArray, triangles: NDArray, is_eye: NDArray, is_hair: NDArray, left: bool
+    vertices: NDArray, triangles: NDArray, is_eye: NDArray, left: bool
 ) -> Opening:
     """The opening between the lids, as seen from the front on the fine plain face.
 
-    vertices : (n, 3);  is_eye, is_hair : (t,) which triangles are eyeball, which are lashes
+    vertices : (n, 3), without lashes;  is_eye : (t,) which triangles are eyeball
     """
     side = 1 if left else -1
     own = is_eye & (side * vertices[triangles[:, 0], 0] > 0)
@@ -112,9 +112,8 @@ def measure_opening(
     scale = (PIXELS, PIXELS)
     camera = Camera(width, width, scale, (width / 2 - PIXELS * centre[0],
                                           width / 2 + PIXELS * centre[1]))  # fmt: skip
-    solid = np.flatnonzero(~is_hair)
-    seen = rasterise(vertices, triangles[solid], camera).triangle
-    eye = (seen >= 0) & own[solid][seen]
+    seen = rasterise(vertices, triangles, camera).triangle
+    eye = (seen >= 0) & own[seen]
     columns = np.flatnonzero(eye.sum(axis=0) > 2)
     x = (columns + 0.5 - width / 2) / PIXELS
     first, last = eye[:, columns].argmax(axis=0), width - eye[::-1, columns].argmax(axis=0)

@@ -1,0 +1,1 @@
+"""Sculpting the head: makes data/head.npz of the source data. Posing needs nothing of it."""

