@@ -22,7 +22,10 @@ ETHNICITIES = ("african", "asian", "caucasian")
 
 @dataclass(frozen=True)
 class Feature:
-    """One parameter; `low` and `high` name the targets at its two ends (features only)."""
+    """One parameter; `low` and `high` name the targets at its two ends (features only).
+
+    `reach` is how much of these targets -1 and 1 mean, where the whole is no longer a face.
+    """
 
     name: str
     label: str
@@ -31,11 +34,22 @@ class Feature:
     default: float
     low: str = ""
     high: str = ""
+    reach: tuple[float, float] = (1.0, 1.0)
+
+
+_REACH = {
+    "head_width": (0.75, 0.75), "head_height": (0.75, 0.7), "head_shape": (0.8, 0.8),
+    "head_round": (0.7, 0.7), "forehead_height": (0.7, 0.45), "forehead_slope": (0.8, 0.6),
+    "temple": (0.5, 0.8), "brow_depth": (0.8, 0.4), "brow_angle": (0.6, 0.8),
+    "nose_depth": (0.45, 0.8), "nose_tip": (0.5, 0.8), "mouth_height": (0.8, 0.8),
+    "cheekbones": (0.8, 0.7), "cheek_volume": (0.8, 0.7), "chin_height": (0.8, 0.6),
+}  # fmt: skip
 
 
 def _feature(name: str, label: str, folder: str, stem: str, low: str, high: str) -> Feature:
     path = f"{folder}/{stem}-" if stem else f"{folder}/"
-    return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high)
+    reach = _REACH.get(name, (1.0, 1.0))
+    return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high, reach)
 
 
 IDENTITY: tuple[Feature, ...] = (

@@ -224,7 +224,7 @@ def raise_creases(
 
 def follow_weights(source: Source, mesh: Mesh) -> NDArray[np.float64]:
     """(n, 2) how far each vertex follows head and neck; what is in the skull follows fully."""
-    weights = np.clip(mesh.matrix @ source.skin_weights(), 0, 1)
+    weights = np.round(np.clip(mesh.matrix @ source.skin_weights(), 0, 1), 5)
     weights[np.isin(mesh.part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])] = 1
     return weights
 

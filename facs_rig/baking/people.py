@@ -33,11 +33,12 @@ class People:
 
 def read_people(source: Source) -> People:
     """All identity targets, in the order of `identity.target_weights`."""
-    names = [*macro_targets(), *(end for f in FEATURES for end in (f.low, f.high))]
+    ends = [end for f in FEATURES for end in zip((f.low, f.high), f.reach, strict=True)]
+    targets = [*((name, 1.0) for name in macro_targets()), *ends]
     base = source.cage.copy()
     teeth = np.flatnonzero(source.is_part("teeth"))
     middle = (base[teeth, 1].max() + base[teeth, 1].min()) / 2  # between the two rows
     down = np.where(base[teeth, 1] > middle, UPPER_TEETH_DOWN, LOWER_TEETH_DOWN)
     base[teeth] *= (TEETH_NARROWER, 1, 1)
     base[teeth] -= np.column_stack([0 * down, down, 0 * down + TEETH_BACK])
-    return People(base, np.stack([source.target(name) for name in names]))
+    return People(base, np.stack([reach * source.target(name) for name, reach in targets]))
