@@ -40,12 +40,15 @@ class Stroke:
 
     points : (k, 2) float, pixels (u, v)        strength : (k,) float 0..1, fading toward 0
     kind : contour, suggestive or the layer it belongs to        width : share of a line's width
+    surface : the point of the face under each vertex, as the index of its triangle (k,) and its
+    barycentric weights (k, 3); None for lines that stand off the face
     """
 
     points: NDArray
     strength: NDArray
     kind: str
     width: float = 1.0
+    surface: tuple[NDArray, NDArray] | None = None
 
 
 def draw_strokes(
