@@ -82,8 +82,8 @@ def _one(name, label, region, aus, muscle, signature, mix, creases=(), side="bot
 _BROW_UP = (("units/eyebrows-{side}-up", 0.8), ("units/eyebrows-{side}-inner-up", 0.35),
             ("arkit/browOuterUp{Side}", 0.6))  # fmt: skip
 _BLINK = (("lids/close-{side}", 1.0),)
-_SMILE = (("arkit/mouthSmile{Side}", 0.75), ("arkit/cheekSquint{Side}", 0.45),
-          ("units/mouth-corner-puller", 0.35))  # fmt: skip
+_SMILE = (("units/mouth-corner-puller", 0.75), ("arkit/mouthSmile{Side}", 0.25),
+          ("arkit/cheekSquint{Side}", 0.4))  # fmt: skip
 _GRIMACE = (("arkit/mouthStretch{Side}", 1.1), ("units/neck-platysma", 0.5),
             ("arkit/mouthLowerDown{Side}", 0.25))  # fmt: skip
 _WINCE = (("arkit/noseSneer{Side}", 0.95), ("units/nose-{side}-elevation", 0.5),

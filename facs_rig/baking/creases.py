@@ -27,13 +27,15 @@ class Crease:
     """points in cm seen from the front (see facs_rig.anatomy); depth and half-width in mm.
 
     `fade` is the share of the length over which each end fades; 0 keeps an end deep, as where a
-    line goes on across the middle of the face.
+    line goes on across the middle of the face. `lift` in mm raises the skin on the crease's outer
+    side, away from the middle of the face, as where the cheek is pushed over its edge: a fold.
     """
 
     points: Points
     depth: float
     width: float = 1.8
     fade: tuple[float, float] = (0.3, 0.3)
+    lift: float = 0.0
 
 
 def _worry(y: float, reach: float, arch: float = 0.25) -> Crease:
@@ -74,10 +76,14 @@ CREASES: dict[str, tuple[Crease, ...]] = {
         Crease(((0.45, -1.20), (0.85, -1.50), (1.25, -2.10)), 1.2, 1.5),
         Crease(((0.0, 0.25), (0.6, 0.20)), 1.0, 1.5, (0.0, 0.5)),
     ),
-    "nasal": (Crease(((1.65, -2.75), (2.05, -3.6), (2.35, -4.5)), 1.6, 1.9, (0.3, 0.45)),),
-    "nasolabial": (Crease(((1.75, -3.3), (2.35, -4.3), (2.85, -5.4), (3.05, -6.4)), 1.7, 2.0),),
+    "nasal": (
+        Crease(((1.65, -2.75), (2.05, -3.6), (2.35, -4.5)), 1.6, 1.9, (0.3, 0.45), 0.5),
+    ),
+    "nasolabial": (
+        Crease(((1.75, -3.3), (2.30, -4.1), (2.85, -5.2), (3.05, -6.4)), 1.6, 2.0, (0.3, 0.4), 0.9),
+    ),
     "smile_fold": (
-        Crease(((1.75, -3.25), (2.50, -4.0), (3.20, -4.9), (3.55, -5.8)), 1.7, 2.1),
+        Crease(((1.75, -3.25), (2.5, -4.0), (3.2, -4.9), (3.55, -5.8)), 1.6, 2.1, (0.3, 0.4), 0.9),
         Crease(((2.2, -0.95), (3.1, -1.25), (4.0, -0.95)), 0.6, 1.6),
     ),
     "corner_pinch": (
@@ -103,7 +109,7 @@ SMOOTH = 0.0008  # metres along a crease over which its depth in the face is smo
 SHOULDER = 0.2
 
 # Edge lengths in metres that the refinement aims at: along creases, the face, the rest of the skin.
-CREASED_EDGE, FACE_EDGE, PLAIN_EDGE = 0.00125, 0.005, 0.008
+CREASED_EDGE, FACE_EDGE, PLAIN_EDGE = 0.0013, 0.0055, 0.008
 MOST_LEVELS = 3
 BALL = 0.0135  # metres, the eyeballs' radius
 
@@ -137,6 +143,21 @@ def refinement_levels(cage: NDArray, quads: NDArray, part: NDArray) -> NDArray[n
     level[(part == 0) & (socket < 0.9 * BALL)] = 0  # behind the eyeballs nothing is seen
     level[part == PART_NAMES.index("eyes")] = 2
     level[np.isin(part, [PART_NAMES.index(p) for p in ("teeth", "tongue", "lashes")])] = 1
+    return _graded(level, quads)
+
+
+def _graded(level: NDArray, quads: NDArray) -> NDArray[np.int64]:
+    """Levels raised until quads that share an edge differ by one at most.
+
+    Where coarse meets fine at once, the triangles between them shade as a row of spots.
+    """
+    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    _, edge = np.unique(sides, axis=0, return_inverse=True)
+    edge = edge.reshape(-1, 4)
+    for _ in range(MOST_LEVELS):
+        finest = np.zeros(edge.max() + 1, dtype=np.int64)
+        np.maximum.at(finest, edge.ravel(), np.repeat(level, 4))
+        level = np.maximum(level, finest[edge].max(axis=1) - 1)
     return level
 
 
@@ -212,6 +233,10 @@ def _groove(crease, end_fades, curve, vertices, front) -> NDArray:
     t = np.where(np.isfinite(away), away, 1.0) / (1e-3 * crease.width)
     height = SHOULDER * np.exp(-((t / 2.2) ** 2)) - (1 + SHOULDER) * np.exp(-(t**2) / 0.9)
     height *= 1e-3 * crease.depth * fade
+    if crease.lift:
+        near = curve[np.minimum(at, len(curve) - 1), 0]
+        outer = np.where((vertices[front, 0] - near) * np.sign(near) > 0, t, -t)
+        height += 1e-3 * crease.lift * fade * np.exp(-(((outer - 2.0) / 1.2) ** 2))
     out = np.zeros(len(vertices))
     out[front] = np.where(np.isfinite(away), height, 0.0)
     return out
