@@ -1,97 +1,179 @@
-"""Drawing strokes: from polylines to an antialiased picture, with a hand's looseness."""
+"""Drawing marks: polylines whose width and tone change along them become an antialiased picture.
+
+Every piece of a line, about as long as it is wide, looks at the few pixels around it: a pixel's
+coverage is 1 inside, 0 outside and falls off over one pixel across the edge, so that a straight
+stroke covers length times width of the page whatever its direction. Lines thinner than a pixel
+are one pixel wide and as much paler. Pieces of one stroke join by the larger coverage; strokes of
+a translucent medium darken each other where they cross.
+
+Why no drawing library: plain numpy draws the middle level of a face (about 100 strokes, 3500 px
+of line) in 3 ms. On the same outlines celiagg needs 15 ms, aggdraw 22 ms and skia-python 30 ms,
+nearly all of it in one call for each stroke; Pillow at four times the size needs 20 ms. Their
+strokes have one width and one tone each, and skia-python wants the system's libGL.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
-from scipy.ndimage import gaussian_filter1d
 
 from .lines import Stroke
+from .marks import loosen
+from .paper import grained, on_paper
+from .polylines import Polylines, spread
+from .style import Style, sample_style
 
-SUPERSAMPLING = 4
-HAIR, HAIR_ODDS = ("hair_short", "hair_bob", "hair_long", "hair_bun"), 0.3
+__all__ = ["Style", "coverage", "ink", "loosen", "sample_style"]
 
-
-@dataclass(frozen=True)
-class Style:
-    """How strokes are drawn; sampled with the face and stored with it.
-
-    width : pixels, full-strength line        fading : 0 equal width, 1 width follows strength
-    wobble : pixels, slow deviation of the hand        passes : how often each line is drawn
-    dropout : share of the strokes left out        layers : surface strokes that are drawn
-    """
-
-    width: float = 1.6
-    fading: float = 0.6
-    wobble: float = 0.0
-    passes: int = 1
-    dropout: float = 0.0
-    layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip")
-
-    def to_json(self) -> dict:
-        return {**asdict(self), "layers": list(self.layers)}
-
-
-def sample_style(rng: np.random.Generator) -> Style:
-    """A random style: from clean ink to a loose pen that goes over its lines."""
-    loose = rng.random() < 0.5
-    odds = {"brow": 0.85, "iris": 0.8, "pupil": 0.6, "lip": 0.65,
-            "brow_hair": 0.15, "lash": 0.25, "lip_line": 0.25, "hairline": 0.1}  # fmt: skip
-    layers = [layer for layer, p in odds.items() if rng.random() < p]
-    if rng.random() < HAIR_ODDS:
-        layers.append(str(rng.choice(HAIR)))
-    return Style(
-        width=float(rng.uniform(1.0, 2.8)),
-        fading=float(rng.uniform(0.0, 0.8)),
-        wobble=float(rng.uniform(0.2, 1.3)) if loose else 0.0,
-        passes=int(rng.integers(1, 3)) if loose else 1,
-        dropout=float(rng.choice([0.0, 0.05, 0.15])),
-        layers=tuple(layers),
-    )
-
-
-def loosen(strokes: Iterable[Stroke], style: Style, rng: np.random.Generator) -> list[Stroke]:
-    """The strokes as a hand of this style draws them: left out, wobbled, drawn over."""
-    out = []
-    for stroke in strokes:
-        short = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1).sum() < 40
-        if short and rng.random() < style.dropout:
-            continue
-        for _ in range(style.passes):
-            points = stroke.points
-            if style.wobble > 0:
-                noise = gaussian_filter1d(
-                    rng.normal(size=points.shape), 12, axis=0, mode="nearest"
-                ) + 0.15 * rng.normal(size=(1, 2))
-                points = points + style.wobble * 3.0 * noise
-            out.append(replace(stroke, points=points))
-    return out
+Floats = NDArray[np.float32]
+SHEETS = 5  # translucent strokes are laid on so many sheets, which darken each other
+TAPER = 14.0  # pixels over which an end runs out, at most 0.45 of the line
+THINNEST = 0.35  # pixels, but for ends that run out
+NIB_ANGLE = np.radians(-40.0)  # of a flat pen's edge to the line of the page
+FINER = 4  # supersampling of blots
+MOST_PIXELS = 4_000_000  # looked at in one go; bounds the memory
+# Tone and width of the lines that help to draw, beside the others.
+HATCH = (0.75, 0.75)
+CONSTRUCTION_WIDTH = 0.7
 
 
 def ink(
     strokes: Iterable[Stroke], width: int, height: int, style: Style | None = None
 ) -> NDArray[np.uint8]:
-    """(height, width) uint8 picture, 0 ink on 255 paper, antialiased by supersampling."""
+    """(height, width) uint8 picture of marks in its pixels; 0 is ink, 255 white paper."""
     style = style or Style()
-    s = SUPERSAMPLING
-    picture = Image.new("L", (width * s, height * s), 255)
-    draw = ImageDraw.Draw(picture)
-    for stroke in strokes:
-        if stroke.kind == "pupil" and len(stroke.points) > 8:
-            draw.polygon([tuple(p) for p in stroke.points * s], fill=0)
-        points = stroke.points * s
-        local = style.width * stroke.width * s * (1 - style.fading * (1 - stroke.strength))
-        step = max(1, int(2 / max(np.median(np.abs(np.diff(stroke.points, axis=0))), 0.2)))
-        for a in range(0, len(points) - 1, step):
-            b = min(a + step, len(points) - 1)
-            thick = max(local[a], 0.35 * s)
-            draw.line([tuple(p) for p in points[a : b + 1]], fill=0, width=round(thick))
-            if thick > s:
-                u, v = points[b]
-                r = thick / 2
-                draw.ellipse([u - r, v - r, u + r, v + r], fill=0)
-    return np.asarray(picture.reduce(s))
+    strokes = [stroke for stroke in strokes if len(stroke.points) > 1]
+    darkness = np.zeros((height, width), np.float32)
+    if strokes:
+        lines = Polylines.of([stroke.points for stroke in strokes])
+        strength = np.concatenate([stroke.strength for stroke in strokes])
+        share, tone = np.array([_kind(stroke, style) for stroke in strokes]).T
+        line, along, starts = spread(lines.length, float(np.clip(style.width, 1.5, 3)))
+        points, strength = lines.at(line, along, strength)
+        faint = 1 - np.clip(strength, 0, 1)
+        thick = np.maximum(style.width * share[line] * (1 - style.fading * faint), THINNEST)
+        if style.taper:
+            size = lines.length[line]
+            near = np.minimum(along, size - along) / np.clip(0.45 * size, 1e-6, TAPER)
+            thick = thick * (1 - style.taper * (1 - np.sqrt(np.clip(near, 0, 1))))
+        if style.nib:
+            ahead = np.minimum(np.arange(len(points)) + 1, starts[1:][line] - 1)
+            du, dv = (points[ahead] - points[np.maximum(ahead - 1, 0)]).T
+            along_edge = np.cos(2 * (np.arctan2(dv, du) - NIB_ANGLE))
+            thick = thick * (1 - style.nib * (0.5 + 0.5 * along_edge))
+        tone = tone[line] * (1 - style.pale * faint)
+        opaque = style.tone == 1 and not style.pale and tone.min() == 1
+        sheets = np.zeros((1 if opaque else SHEETS, height, width), np.float32)
+        sheet = np.arange(len(strokes)) % len(sheets)
+        lay(sheets, points, thick / 2, tone, starts, sheet)
+        for k, stroke in enumerate(strokes):
+            if stroke.kind == "pupil" and len(stroke.points) > 8:
+                _blot(sheets[sheet[k]], stroke.points, style.tone)
+        darkness = sheets[0] if opaque else 1 - np.prod(1 - sheets, axis=0)
+    return on_paper(grained(darkness, style), style)
+
+
+def _kind(stroke: Stroke, style: Style) -> tuple[float, float]:
+    """Width as a share of the style's, and tone, of a stroke by what it is."""
+    if stroke.kind == "construction":
+        return CONSTRUCTION_WIDTH * stroke.width, style.construction
+    if stroke.kind == "hatch":
+        return HATCH[0] * stroke.width, HATCH[1] * style.tone
+    return stroke.width, style.tone
+
+
+def lay(
+    sheets: Floats, points: NDArray, radius: NDArray, tone: NDArray, starts: NDArray, sheet: NDArray
+) -> None:
+    """Lay lines of varying radius and tone on sheets (s, h, w), which keep the darker value.
+
+    points : (N, 2) pixels;  radius, tone : (N,);  starts : (n + 1,) of the lines;
+    sheet : (n,) where each line goes.
+    """
+    _, height, width = sheets.shape
+    tone = tone * np.minimum(1, 2 * radius)  # thinner than a pixel: paler instead
+    radius = np.maximum(radius, 0.5)
+    here = np.ones(len(points), bool)
+    here[starts[1:] - 1] = False
+    here = np.flatnonzero(here)
+    page = np.repeat(sheet, np.diff(starts) - 1)
+
+    low = np.minimum(points[here], points[here + 1])
+    high = np.maximum(points[here], points[here + 1])
+    reach = np.maximum(radius[here], radius[here + 1])[:, None] + 0.5
+    corner = np.floor(low - reach)
+    far = np.floor(high + reach)
+    seen = (far >= 0).all(axis=1) & (corner < [width, height]).all(axis=1)
+    here, page, corner, far = here[seen], page[seen], corner[seen], far[seen]
+    if not len(here):
+        return
+    side = (far - corner).max(axis=1).astype(np.int64) + 1
+    room = int(side.max())  # windows may reach over the page's edge by as much
+    wide = width + 2 * room
+    canvas = np.zeros((len(sheets), height + 2 * room, wide), np.float32)
+    flat = canvas.reshape(-1)
+    base = ((page * canvas.shape[1] + corner[:, 1] + room) * wide + corner[:, 0] + room).astype(
+        np.int64
+    )
+    # From here on everything is relative to the corner of a window, where float32 is plenty.
+    first = (corner + 0.5 - points[here]).astype(np.float32)
+    step = (points[here + 1] - points[here]).astype(np.float32)
+    inverse = step / np.maximum((step * step).sum(axis=1), 1e-9)[:, None]
+    radius, tone = radius.astype(np.float32), tone.astype(np.float32)
+    r0, r1 = radius[here] + np.float32(0.5), radius[here + 1] - radius[here]
+    t0, t1 = tone[here], tone[here + 1] - tone[here]
+    even = bool((t0 == 1).all() and (t1 == 0).all())
+    for size in np.unique(side).tolist():
+        same = np.flatnonzero(side == size)
+        row, column = np.divmod(np.arange(size * size), size)
+        window = row * wide + column
+        u, v = column.astype(np.float32), row.astype(np.float32)
+        for some in np.array_split(same, 1 + same.size * size * size // MOST_PIXELS):
+            du, dv = first[some, :1] + u, first[some, 1:] + v
+            t = du * inverse[some, :1]
+            t += dv * inverse[some, 1:]
+            np.clip(t, 0, 1, out=t)
+            du -= t * step[some, :1]
+            dv -= t * step[some, 1:]
+            du *= du
+            dv *= dv
+            du += dv
+            np.sqrt(du, out=du)
+            cover = t * r1[some, None]
+            cover += r0[some, None]
+            cover -= du
+            np.clip(cover, 0, 1, out=cover)
+            if not even:
+                t *= t1[some, None]
+                t += t0[some, None]
+                cover *= t
+            np.maximum.at(flat, (base[some, None] + window).ravel(), cover.ravel())
+    np.maximum(sheets, canvas[:, room:-room, room:-room], out=sheets)
+
+
+def coverage(points: NDArray, radius: NDArray, width: int, height: int) -> Floats:
+    """(height, width) share of each pixel that one line (k, 2) of radius (k,) px covers."""
+    sheets = np.zeros((1, height, width), np.float32)
+    points = np.asarray(points, float)
+    radius = np.broadcast_to(np.asarray(radius, float), len(points))
+    lay(sheets, points, radius, np.ones(len(points)), np.array([0, len(points)]), np.array([0]))
+    return sheets[0]
+
+
+def _blot(sheet: Floats, outline: NDArray, tone: float) -> None:
+    """Fill a closed outline (k, 2) on a sheet (h, w)."""
+    height, width = sheet.shape
+    u0, v0 = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
+    u1, v1 = np.minimum(np.ceil(outline.max(axis=0)).astype(int), [width, height])
+    if u1 <= u0 or v1 <= v0:
+        return
+    fine = Image.new("L", (int(u1 - u0) * FINER, int(v1 - v0) * FINER))
+    # Pillow's pixel k is centred on k, ours on k + 0.5.
+    corners = ((outline - [u0, v0]) * FINER - 0.5).ravel().tolist()
+    ImageDraw.Draw(fine).polygon(corners, fill=255)
+    filled = np.asarray(fine.reduce(FINER), np.float32) * np.float32(tone / 255)
+    part = sheet[v0:v1, u0:u1]
+    np.maximum(part, filled, out=part)

@@ -1,0 +1,50 @@
+"""One finished drawing of a posed face: its strokes, drawn by a hand, on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import Camera, FaceRig
+
+from .ink import ink
+from .lines import Stroke
+from .marks import loosen, moved
+from .paper import tilt_matrix
+from .shading import construction, hatches
+from .style import Style
+
+
+@dataclass(frozen=True)
+class Page:
+    """A drawing: what it looks like, and what was drawn.
+
+    picture : (h, w) uint8, 0 ink and 255 white        strokes : every mark, in its pixels
+    matrix : (3, 3) homography from the camera's pixels to the picture's, for landmarks
+    """
+
+    picture: NDArray[np.uint8]
+    strokes: list[Stroke]
+    matrix: NDArray[np.float64]
+
+
+def draw_page(
+    strokes: Iterable[Stroke],
+    rig: FaceRig,
+    vertices: NDArray,
+    camera: Camera,
+    style: Style,
+    rng: np.random.Generator,
+) -> Page:
+    """A face's strokes, from either engine, as a drawing of this style in the camera's pixels.
+
+    vertices : (n, 3) metres, the posed face, for the hatches and lines that the style adds.
+    """
+    marks = construction(rig, vertices, camera) if style.construction else []
+    marks += hatches(rig, vertices, camera, style, rng)
+    matrix = tilt_matrix(style, camera.width, camera.height)
+    drawn = moved(loosen([*marks, *strokes], style, rng), matrix)
+    return Page(ink(drawn, camera.width, camera.height, style), drawn, matrix)

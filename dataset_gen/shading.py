@@ -1,0 +1,203 @@
+"""What an artist adds to the lines of a face: hatches in its shade, and lines that help to draw.
+
+Hatches are where planes a distance apart cut the surface. The planes lean into the page, so that
+the cuts bend with the form: cross-contours. They are found in a depth buffer, all at once: in a
+frame turned to run along the hatches, every column looks for the places where it crosses the
+planes. Light comes from one side; the deepest shade takes every plane, half-tone every second.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from facs_rig import LANDMARKS, Camera, FaceRig
+from facs_rig.anatomy import HAIR_PARTS
+
+from .lines import Stroke
+from .style import Style
+
+CELL = 4.0  # pixels of a cell of the depth buffer that hatches are looked up in
+STEP = 2.5  # pixels between the points of a hatch
+NEAR = 6.0  # pixels in depth behind the nearest vertex of a cell that still are the same surface
+BEND = 0.55  # how much the planes lean into the page
+SPACING = (2.4, 1.3)  # pixels between hatches: and as many widths of a line
+JUMP = 4.0  # pixels in depth from one point to the next that end a hatch
+SHORTEST = 7.0  # pixels
+LAMP = (0.62, 0.5)  # sideways and toward the viewer
+TURN = np.linspace(0, 2 * np.pi, 90)
+
+
+def hatches(
+    rig: FaceRig, vertices: NDArray, camera: Camera, style: Style, rng: np.random.Generator
+) -> list[Stroke]:
+    """Strokes of kind "hatch" in the shade of a posed face (n, 3), in pixels of `camera`.
+
+    `style.hatching` says how much of the face is in shade, `style.light` where the light is.
+    """
+    if not style.hatching:
+        return []
+    depth, skin = _skin_depth(rig, vertices, camera, style.layers)
+    if skin.sum() < 20:
+        return []
+    shade = _shade(depth, skin, style)
+    lean = np.radians(45.0 if style.light < 0 else 135.0) + rng.normal(0, 0.12)
+    gap = SPACING[0] + SPACING[1] * style.width
+
+    # The frame of the hatches: p along them, q across, both in pixels from the picture's middle.
+    reach = 0.5 * float(np.hypot(camera.width, camera.height))
+    p, q = np.arange(-reach, reach, STEP), np.arange(-reach, reach, STEP)
+    along = np.array([np.cos(lean), -np.sin(lean)])
+    across = np.array([-along[1], along[0]])
+    middle = np.array([camera.width, camera.height]) / 2
+    place = middle + p[:, None, None] * along + q[None, :, None] * across
+    cell = place[..., ::-1].reshape(-1, 2).T / CELL - 0.5
+
+    def at_places(values: NDArray, outside: float) -> NDArray:
+        found = map_coordinates(values, cell, order=1, mode="constant", cval=outside)
+        return found.reshape(len(p), len(q))
+
+    z, dark = at_places(depth, 0.0), at_places(shade, -1.0)
+    inside = at_places(skin.astype(np.float32), 0.0) > 0.7
+
+    # Every column's q where q + BEND z, made to grow, crosses each plane: one sorted search.
+    cut = np.maximum.accumulate(q[None, :] - BEND * z, axis=1)
+    first, last = cut.min(), cut.max()
+    levels = np.arange(np.ceil(first / gap), np.floor(last / gap) + 1) * gap
+    levels = levels + rng.normal(0, 0.12 * gap, len(levels))
+    rows = np.arange(len(p))[:, None] * (last - first + 4 * gap)
+    found = np.searchsorted((cut + rows).ravel(), (levels[None, :] + rows).ravel())
+    i = np.arange(len(p))[:, None]
+    k = np.clip(found.reshape(len(p), -1) - i * len(q), 1, len(q) - 1)
+    low, high = cut[i, k - 1], cut[i, k]
+    f = np.clip((levels - low) / np.maximum(high - low, 1e-6), 0, 1)
+    across_at = q[k - 1] + f * STEP
+    dark = dark[i, k - 1] + f * (dark[i, k] - dark[i, k - 1])
+    z = z[i, k - 1] + f * (z[i, k] - z[i, k - 1])
+
+    # Every second plane only where it is darkest, and no two hatches end on the same line.
+    least = np.where(np.arange(len(levels)) % 2, 0.35, 0.0) + rng.uniform(0, 0.12, len(levels))
+    drawn = inside[i, k] & inside[i, k - 1] & (dark > least)
+    drawn[1:] &= np.abs(np.diff(across_at, axis=0)) < 1.3 * STEP
+    drawn[1:] &= np.abs(np.diff(z, axis=0)) < JUMP
+    out = []
+    for level in range(len(levels)):
+        edge = np.flatnonzero(np.diff(np.pad(drawn[:, level].astype(np.int8), 1)))
+        for a, b in zip(edge[::2].tolist(), edge[1::2].tolist(), strict=True):
+            if STEP * (b - a - 1) < SHORTEST:
+                continue
+            points = middle + p[a:b, None] * along + across_at[a:b, level, None] * across
+            strength = np.clip(0.35 + 0.8 * (dark[a:b, level] - least[level]), 0, 1)
+            out.append(Stroke(points, strength, "hatch"))
+    return out
+
+
+def _skin_depth(
+    rig: FaceRig, vertices: NDArray, camera: Camera, layers: tuple[str, ...]
+) -> tuple[NDArray, NDArray]:
+    """Depth (h, w) in pixels, smoothed, in cells of CELL pixels, and where skin is seen.
+
+    The mesh is much finer than the cells, so the vertices themselves are counted into them: the
+    nearest says what is seen, those close behind it how deep it lies.
+    """
+    hair = np.isin(rig.vertex_part, [rig.part_names.index(part) for part in HAIR_PARTS])
+    shown, skin = vertices[~hair], rig.parts["skin"][~hair]
+    shells = [rig.curves[k].points(vertices) for k in layers
+              if k in rig.curves and len(rig.curves[k].triangles)]  # fmt: skip
+    for shell in shells:
+        shown = np.concatenate([shown, shell])
+        skin = np.concatenate([skin, np.zeros(len(shell), bool)])
+    shape = int(np.ceil(camera.height / CELL)), int(np.ceil(camera.width / CELL))
+    column, row = np.floor(camera.project(shown) / CELL).astype(np.int64).T
+    on_page = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
+    cell = (row * shape[1] + column)[on_page]
+    z, skin = camera.scale[0] * shown[on_page, 2].astype(float), skin[on_page]
+    nearest = np.full(shape[0] * shape[1], -np.inf)
+    np.maximum.at(nearest, cell, z)
+    front = z > nearest[cell] - NEAR
+    count = np.bincount(cell[front], minlength=nearest.size)
+    ours = np.bincount(cell[front], skin[front], nearest.size)
+    total = np.bincount(cell[front], z[front] * skin[front], nearest.size)
+    depth = np.divide(total, ours, out=np.zeros_like(total), where=ours > 0).reshape(shape)
+    seen = ((ours > 0) & (ours >= 0.5 * count)).reshape(shape)
+    around = gaussian_filter(seen.astype(float), 0.8)
+    smooth = gaussian_filter(depth * seen, 0.8) / np.maximum(around, 1e-3)
+    farthest = smooth[seen].min() if seen.any() else 0.0
+    return np.where(around > 0.1, smooth, farthest), around > 0.5
+
+
+def _shade(z: NDArray, skin: NDArray, style: Style) -> NDArray:
+    """How dark each cell (h, w) is, above 0 in the shade and 1 in the deepest; z in pixels."""
+    dv, du = np.gradient(z, CELL)
+    angle = np.radians(style.light)
+    lamp = np.array([LAMP[0] * np.sin(angle), LAMP[0] * np.cos(angle), LAMP[1]])
+    lit = (-du * lamp[0] + dv * lamp[1] + lamp[2]) / np.sqrt(du * du + dv * dv + 1)
+    middle, darkest = np.quantile(lit[skin], [0.5 * style.hatching, 0.02])
+    return np.clip((middle - lit) / max(middle - darkest, 1e-6), -1, 1)
+
+
+def construction(rig: FaceRig, vertices: NDArray, camera: Camera) -> list[Stroke]:
+    """Strokes of kind "construction": the head's oval, its middle line and its line of the eyes.
+
+    They lie on an ellipsoid around the skull that is turned with the head, as one draws a ball
+    before a face.
+    """
+    turn = _turn(_landmarks_at_rest(rig), vertices[rig.landmarks])
+    # The head looks along z again; some of its skin says how large it is.
+    head = vertices[np.flatnonzero(rig.parts["skin"])[::7]] @ turn
+    points = vertices[rig.landmarks] @ turn
+    def at(name: str) -> NDArray:
+        return points[LANDMARKS.index(name)]
+
+    eyes = 0.5 * (at("pupil_left") + at("pupil_right"))
+    chin = at("chin")[1]
+    top = head[:, 1].max()
+    above = head[head[:, 1] > chin]
+    middle = np.array([eyes[0], 0.5 * (top + chin), 0.5 * np.sum(np.quantile(above[:, 2], [0, 1]))])
+    half = np.array([
+        0.5 * np.ptp(np.quantile(above[:, 0], [0.03, 0.97])),
+        0.5 * (top - chin),
+        at("nose_root")[2] - middle[2],
+    ])  # fmt: skip
+    rise = np.clip((eyes[1] - middle[1]) / half[1], -0.9, 0.9)
+    around = np.sqrt(1 - rise**2)
+    side = np.linspace(-0.5, 0.5, 40) * np.pi * 0.86
+    eye_line = np.stack([around * np.sin(side), np.full(40, rise), around * np.cos(side)], axis=1)
+    centre_line = np.stack([np.zeros(40), np.sin(side), np.cos(side)], axis=1)
+    lines = [camera.project((middle + half * line) @ turn.T) for line in (eye_line, centre_line)]
+    # The oval's outline is the rim of the ellipsoid as the camera sees it, which is an ellipse.
+    lines.append(_rim(camera.project((middle + half * _ball()) @ turn.T)))
+    return [Stroke(line, np.ones(len(line)), "construction") for line in lines]
+
+
+def _ball(count: int = 600) -> NDArray:
+    """(count, 3) places all over the unit ball's surface."""
+    k = np.arange(count) + 0.5
+    height = 1 - 2 * k / count
+    angle = np.pi * (1 + np.sqrt(5)) * k
+    ring = np.sqrt(1 - height**2)
+    return np.stack([ring * np.cos(angle), height, ring * np.sin(angle)], axis=1)
+
+
+def _rim(pixels: NDArray) -> NDArray:
+    """The ellipse (m, 2) around the picture (k, 2) of an ellipsoid's surface."""
+    centre = pixels.mean(axis=0)
+    # Places even on a ball have a third of the squared half axis as variance, along every axis.
+    values, axes = np.linalg.eigh(3 * np.cov(pixels.T))
+    circle = np.stack([np.cos(TURN), np.sin(TURN)], axis=1)
+    return centre + (circle * np.sqrt(values)) @ axes.T
+
+
+@lru_cache(maxsize=4)
+def _landmarks_at_rest(rig: FaceRig) -> NDArray:
+    return rig.neutral()[rig.landmarks]
+
+
+def _turn(rest: NDArray, posed: NDArray) -> NDArray:
+    """The rotation (3, 3) that brings points (k, 3) at rest nearest to posed ones (Kabsch 1976)."""
+    u, _, vt = np.linalg.svd((posed - posed.mean(axis=0)).T @ (rest - rest.mean(axis=0)))
+    flip = np.diag([1, 1, np.sign(np.linalg.det(u @ vt))])
+    return u @ flip @ vt
