@@ -64,6 +64,9 @@ def smooth_curve(points: NDArray, count: int) -> NDArray[np.float64]:
     return np.stack([np.interp(at, s, fine[:, k]) for k in range(fine.shape[1])], axis=1)
 
 
+DEEPEST = 0.02  # metres that a surface may lie behind what is beside it
+
+
 def bind_from_front(
     places: NDArray, vertices: NDArray, triangles: NDArray, allowed: NDArray
 ) -> tuple[NDArray, NDArray]:
@@ -82,12 +85,16 @@ def bind_from_front(
     index = np.empty((len(places), 3), dtype=np.int64)
     weight = np.empty((len(places), 3))
     for k, place in enumerate(places):
-        near = facing[tree.query(place, k=min(40, len(facing)))[1]]
+        near = facing[tree.query(place, k=min(80, len(facing)))[1]]
+        deep = corner[near, :, 2].mean(axis=1)
+        near = near[deep > deep.max() - DEEPEST]  # through a slit one would see what is behind it
         w = _weights(place, a[near], b[near], c[near], area[near])
         inside = np.flatnonzero((w >= -1e-3).all(axis=1))
-        if not len(inside):
-            inside = np.array([np.argmax(w.min(axis=1))])
-            if w[inside[0]].min() < -1.0:
+        if not len(inside):  # between triangles seen edge on: the nearest point of any of them
+            clipped = np.clip(w, 0, 1) / np.clip(w, 0, 1).sum(axis=1, keepdims=True)
+            off = np.einsum("kc,kcd->kd", clipped, corner[near][:, :, :2]) - place
+            inside = np.array([np.argmin(np.hypot(*off.T))])
+            if np.hypot(*off[inside[0]]) > 0.003:
                 raise ValueError(f"no surface under the place {tuple(place * 100)} cm")
         best = inside[np.argmax(vertices[triangles[near[inside]]][:, :, 2].mean(axis=1))]
         index[k] = triangles[near[best]]

@@ -106,6 +106,8 @@ def seal_identities(people: People, mouth: Mouth) -> None:
         people.deltas[k, :m] = sealed(
             people.base[:m], people.deltas[k, :m], mouth, lambda gaps: gaps + PRESSED
         )
+    plain = people.plain[:m]  # with its share of the body's weight, which all faces have
+    people.base[:m] += sealed(plain, np.zeros_like(plain), mouth, lambda gaps: gaps + PRESSED)
     plain = people.plain[:m]
     rest = mouth.gaps(plain)
     for k in range(WHOLE_FACES, len(people.deltas)):
