@@ -34,6 +34,7 @@ from .people import WHOLE_FACES, People
 SIGNS = {"left": 1, "right": -1}  # of x on the face's own left and right
 EYE_JOINTS = {"left": JOINTS.index("l-eye"), "right": JOINTS.index("r-eye")}
 ARKIT_LOOK = 28.0  # degrees that the eyes turn at 1 of ARKit's eyeLook units
+BALL_RADIUS = 0.0143  # metres, in the plain face
 WIDE_OPEN = 0.15  # quantile along the lid: a blink must close the widest place of an identity's eye
 
 
@@ -42,6 +43,33 @@ def eye_balls(source: Source, base: NDArray) -> dict[str, NDArray]:
     eye = source.is_part("eyes")
     x = base[: source.size, 0]
     return {side: np.flatnonzero(eye & (sign * x > 0)) for side, sign in SIGNS.items()}
+
+
+def round_rows(
+    source: Source, plain: NDArray, matrix: sp.csr_matrix, part: NDArray
+) -> sp.csr_matrix:
+    """The refinement (n, m) with rows that put every vertex of the eyeballs on a sphere.
+
+    Catmull-Clark shrinks a coarse sphere unevenly. Balls only move and grow, so any of their
+    points is a fixed affine combination of four of their vertices, far apart.
+    """
+    m = source.size
+    rows = sp.lil_matrix(matrix)
+    fine = matrix @ plain[:m]
+    for side, ball in eye_balls(source, plain).items():
+        centre = plain[m + EYE_JOINTS[side]]
+        corners = np.array([(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)])
+        arms = (plain[ball] - centre) * (SIGNS[side], 1, 1)
+        spread = ball[np.argmax(corners @ arms.T, axis=1)]
+        at = np.flatnonzero((part == PART_NAMES.index("eyes")) & (SIGNS[side] * fine[:, 0] > 0))
+        away = fine[at] - centre
+        away *= BALL_RADIUS / np.linalg.norm(away, axis=1, keepdims=True)
+        system = np.vstack([(plain[spread] - centre).T, np.ones(4)])
+        weights = np.linalg.solve(system, np.vstack([away.T, np.ones(len(at))]))
+        for row, values in zip(at, weights.T, strict=True):
+            order = np.argsort(spread)
+            rows.rows[row], rows.data[row] = spread[order].tolist(), values[order].tolist()
+    return rows.tocsr().astype(np.float32)
 
 
 def lid_fields(

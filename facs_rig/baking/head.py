@@ -28,7 +28,15 @@ from ..rotation import rotation
 from ..subdivide import refine, triangulate
 from .brows import brows
 from .creases import crease_displacements, refinement_levels
-from .eyes import EYE_JOINTS, eye_balls, fit_lids, lid_fields, lids_of_arkit, lids_of_controls
+from .eyes import (
+    EYE_JOINTS,
+    eye_balls,
+    fit_lids,
+    lid_fields,
+    lids_of_arkit,
+    lids_of_controls,
+    round_rows,
+)
 from .lashes import lashes
 from .layers import drawing_layers
 from .lids import keep_round, lid_deltas, lid_keys
@@ -71,7 +79,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     for side, ball in balls.items():
         keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
 
-    mesh = refined(source, people.plain[:m])
+    mesh = refined(source, people.plain)
     fields = lid_fields(source, people.plain, mesh.matrix, mesh.triangles, mesh.part)
     lid_rest = fit_lids(people, m, mesh.matrix[mesh.skin], fields, balls)
     mesh, hairs = with_hair(source, people.plain, mesh)
@@ -122,15 +130,15 @@ def bake(data: Path) -> dict[str, NDArray]:
 
 
 def refined(source: Source, plain: NDArray) -> Mesh:
-    """The cage refined where the plain face (m, 3) needs it; lash sheets only guide lashes."""
-    level = refinement_levels(plain, source.quads, source.quad_part)
+    """The cage refined where the plain face (M, 3) needs it; lash sheets only guide lashes."""
+    level = refinement_levels(plain[: source.size], source.quads, source.quad_part)
     solid = source.quad_part != PART_NAMES.index("lashes")
     fine = refine(source.quads[solid], source.size, level[solid])
     part = np.zeros(fine.matrix.shape[0], dtype=np.uint8)
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
     part[fine.polygon_vertices] = np.repeat(source.quad_part[solid][fine.source], sizes)
     polygons = fine.polygon_vertices, fine.polygon_starts
-    return Mesh(sp.csr_matrix(fine.matrix), polygons, part)
+    return Mesh(round_rows(source, plain, fine.matrix, part), polygons, part)
 
 
 def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[Hairs, ...]]:

@@ -29,7 +29,7 @@ UPPER_FOLLOWS, LOWER_FOLLOWS = 0.019, -0.012
 # Blink is set, not measured: it closes the eye, a little from below.
 BLINK_UPPER, BLINK_LOWER = 1.0, 0.1
 CORNERS = 0.004  # metres beyond the visible ball over which the opening closes to its corner
-THINNER = 0.75  # of what the source's lids stand off the ball: they are thicker than real ones
+THINNER = 0.6  # of what the source's lids stand off the ball: they are thicker than real ones
 LEAST = 0.015  # of the opening: what moves a lid less does not count
 
 
