@@ -5,7 +5,10 @@ import pytest
 import trimesh
 
 from dataset_gen import draw_strokes, ink
-from dataset_gen.lines import Stroke, chains, radial_curvature, zero_set
+from dataset_gen.curvature import radial_curvature
+from dataset_gen.lines import Stroke
+from dataset_gen.topology import Topology
+from dataset_gen.zero_sets import chains, zero_set
 from facs_rig import Camera, FaceParameters, load_rig
 
 MAJOR, MINOR = 1.0, 0.35
@@ -78,7 +81,8 @@ def test_suggestive_contours_of_a_torus_lie_where_they_should(torus):
     vertices, normals, triangles, turn = torus
     view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), vertices.shape)
     kr, growth = radial_curvature(vertices, triangles, normals, view)
-    points, strength, segments = zero_set(vertices, triangles, kr, growth)
+    found = zero_set(Topology.of(triangles), kr)
+    points, strength = found.of(vertices), found.of(growth)
     ndotv, exact, exact_growth, w = analytic(points, view[0], turn)
     chosen = (strength > 0.05 / MINOR**2) & (ndotv > 0.05) & (w > 0.3)
     assert chosen.sum() > 100
@@ -92,9 +96,11 @@ def test_the_contour_of_a_sphere_is_its_great_circle():
     mesh = trimesh.creation.icosphere(subdivisions=4, radius=2.0)
     vertices = np.asarray(mesh.vertices)
     facing = vertices[:, 2] / 2.0 + 1e-9
-    points, _, segments = zero_set(vertices, np.asarray(mesh.faces), facing, np.ones(len(vertices)))
+    found = zero_set(Topology.of(mesh.faces), facing)
+    points = found.of(vertices)
     assert np.abs(points[:, 2]).max() < 1e-6
-    (circle,) = chains(segments)  # one closed line
+    circle, starts = chains(found.segments)
+    assert len(starts) == 2  # one closed line
     assert circle[0] == circle[-1]
     length = np.linalg.norm(np.diff(points[circle], axis=0), axis=1).sum()
     assert length == pytest.approx(4 * np.pi, rel=2e-3)
@@ -102,7 +108,8 @@ def test_the_contour_of_a_sphere_is_its_great_circle():
 
 def test_chains_use_each_segment_once():
     segments = np.array([[0, 1], [2, 1], [2, 3], [5, 4], [6, 7], [7, 8], [8, 6]])
-    lines = chains(segments)
+    points, starts = chains(segments)
+    lines = [points[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
     got = sorted(
         tuple(sorted(pair)) for line in lines for pair in zip(line, line[1:], strict=False)
     )

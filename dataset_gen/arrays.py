@@ -1,0 +1,194 @@
+"""The functions of dataset_gen.compiled in plain numpy, for machines without numba.
+
+Same arguments, same results but for rounding; the docstrings are there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compiled import chain as chain_lists
+
+
+def vertex_normals(vertices, triangles):
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    total = _sums(triangles, _cross(b - a, c - a), len(vertices))
+    length = np.sqrt(np.einsum("ij,ij->i", total, total))
+    return total / np.maximum(length, 1e-20)[:, None]
+
+
+def radial_curvature(vertices, triangles, chosen, normals, view):
+    n = len(vertices)
+    tri = triangles[chosen]
+    p, m = vertices[tri], normals[tri]
+    opposite = [p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]]
+    normal = _cross(opposite[2], -opposite[1])
+    area2 = np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-24)
+    mean = m[:, 0] + m[:, 1] + m[:, 2]
+    mean /= np.maximum(np.sqrt(np.einsum("ij,ij->i", mean, mean)), 1e-12)[:, None]
+    v = (view[tri[:, 0]] + view[tri[:, 1]] + view[tri[:, 2]]) / 3
+    w = v - np.einsum("ij,ij->i", v, mean)[:, None] * mean
+    length2 = np.maximum(np.einsum("ij,ij->i", w, w), 1e-6)
+    across = _cross(w, normal)
+    slopes = np.stack([np.einsum("ij,ij->i", o, across) for o in opposite], axis=1)
+    slopes /= area2[:, None]
+    kr = np.einsum("tk,tkd,td->t", slopes, m, w, optimize=["einsum_path", (1, 2), (0, 1)])
+    kr /= length2
+    area = np.sqrt(area2)
+    weight = np.maximum(_sums(tri, area, n), 1e-24)
+    curvature = _sums(tri, area * kr, n) / weight
+    slopes /= np.sqrt(length2)[:, None]
+    rise = np.einsum("tk,tk->t", curvature[tri], slopes) * area
+    return curvature, _sums(tri, rise, n) / weight
+
+
+def gradients(vertices, triangles, chosen, values):
+    n = len(vertices)
+    tri = triangles[chosen]
+    p = vertices[tri]
+    opposite = [p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]]
+    normal = _cross(opposite[2], -opposite[1])
+    area = np.sqrt(np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-24))
+    normal /= area[:, None]
+    one = np.zeros((len(tri), 3, values.shape[1]))
+    for k, side in enumerate(opposite):
+        one += _cross(normal, side)[:, :, None] * values[tri[:, k]][:, None, :]
+    total = _sums(tri, one.reshape(len(tri), -1), n)
+    return (total / np.maximum(_sums(tri, area, n), 1e-24)[:, None]).reshape(n, 3, -1)
+
+
+def principal(shape, normals, chosen):
+    n = len(normals)
+    k1, k2, d1, d2 = np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
+    normal, s = normals[chosen], shape[chosen]
+    size = np.abs(normal)
+    flat = (size[:, 0] <= size[:, 1]) & (size[:, 0] <= size[:, 2])
+    axis = np.where(flat, 0, np.where(size[:, 1] <= size[:, 2], 1, 2))
+    e = _cross(normal, np.eye(3)[axis])
+    e /= np.maximum(np.sqrt(np.einsum("ij,ij->i", e, e)), 1e-30)[:, None]
+    f = _cross(normal, e)
+    se = np.einsum("nij,nj->ni", s, e)
+    sf = np.einsum("nij,nj->ni", s, f)
+    ee, ff = np.einsum("ni,ni->n", e, se), np.einsum("ni,ni->n", f, sf)
+    ef = (np.einsum("ni,ni->n", e, sf) + np.einsum("ni,ni->n", f, se)) / 2
+    mean, half = (ee + ff) / 2, np.sqrt((ee - ff) ** 2 / 4 + ef**2)
+    side = np.where(mean >= 0, 1.0, -1.0)
+    k1[chosen], k2[chosen] = mean + side * half, mean - side * half
+    steep = side * (ee - ff) >= 0
+    a = np.where(steep, k1[chosen] - ff, ef)
+    b = np.where(steep, ef, k1[chosen] - ee)
+    length = np.hypot(a, b)
+    a, b = np.where(length < 1e-20, 1.0, a), np.where(length < 1e-20, 0.0, b)
+    length = np.where(length < 1e-20, 1.0, length)
+    a, b = (a / length)[:, None], (b / length)[:, None]
+    d1[chosen], d2[chosen] = a * e + b * f, a * f - b * e
+    return k1, k2, d1, d2
+
+
+def sign_changes(triangles, triangle_edges, chosen, value):
+    sign = (value > 0)[triangles]
+    owner = np.flatnonzero(chosen & ((sign[:, 0] != sign[:, 1]) | (sign[:, 1] != sign[:, 2])))
+    sign = sign[owner]
+    crossed = sign != np.roll(sign, -1, axis=1)
+    return triangle_edges[owner][crossed].reshape(-1, 2)
+
+
+def turns(triangles, triangle_edges, chosen, rise, vertices):
+    owner = np.flatnonzero(chosen)
+    a = triangles[owner]
+    b = np.roll(a, -1, axis=1)
+    dot = np.einsum("tkd,tkd->tk", rise[a], rise[b])
+    maybe = (dot <= 0).sum(axis=1) >= 2
+    owner, a, b, dot = owner[maybe], a[maybe], b[maybe], dot[maybe]
+    step = vertices[b] - vertices[a]
+    square = np.einsum("nd,nd->n", rise, rise)
+    into = np.einsum("tkd,tkd->tk", rise[a], step), np.einsum("tkd,tkd->tk", rise[b], step)
+    crossed = (dot <= 0) & ((into[0] >= 0) | (into[1] <= 0))
+    crossed &= (square[a] > 0) & (square[b] > 0)
+    against = dot / np.maximum(np.sqrt(square[a] * square[b]), 1e-30)
+    whole = np.flatnonzero(crossed.all(axis=1))
+    crossed[whole, against[whole].argmax(axis=1)] = False
+    line = crossed.sum(axis=1) == 2
+    owner, crossed = owner[line], crossed[line]
+    return triangle_edges[owner][crossed].reshape(-1, 2)
+
+
+def number(pairs, edges):
+    used, first, index = np.unique(pairs.ravel(), return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")  # points are numbered as they are met
+    place = np.empty(len(order), dtype=np.int32)
+    place[order] = np.arange(len(order))
+    return used[order], place[index].reshape(-1, 2)
+
+
+def topmost(pixels, z, triangles, points):
+    depth = np.full(len(points), -np.inf)
+    owner = np.full(len(points), -1, dtype=np.int32)
+    if not len(points):
+        return depth, owner
+    corner = pixels[triangles]
+    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
+    area = _turn(b - a, c - a)
+    low = np.minimum(np.minimum(a, b), c)
+    high = np.maximum(np.maximum(a, b), c)
+    left, right = points.min(axis=0), points.max(axis=0)
+    side = 128
+    size = np.maximum((right - left) / side, 1e-9)
+    seen = np.flatnonzero((area < 0) & (high >= left).all(axis=1) & (low <= right).all(axis=1))
+    first = np.minimum((np.maximum(low[seen] - left, 0.0) / size).astype(np.int64), side - 1)
+    last = np.minimum(((high[seen] - left) / size).astype(np.int64), side - 1)
+    col, row = np.minimum(((points - left) / size).astype(np.int64), side - 1).T
+    cell = row * side + col
+    order = np.argsort(cell, kind="stable")
+    start = np.searchsorted(cell[order], np.arange(side * side + 1))
+    one, rows = _spread(last[:, 1] - first[:, 1] + 1)  # every row of cells of every triangle
+    rows = (first[one, 1] + rows) * side
+    begin = start[rows + first[one, 0]]
+    pair, place = _spread(start[rows + last[one, 0] + 1] - begin)  # every point in that row
+    i, t = order[begin[pair] + place], seen[one[pair]]
+    p, a, b, c, area = points[i], a[t], b[t], c[t], area[t]
+    wa, wb = _turn(c - b, p - b) / area, _turn(a - c, p - c) / area
+    inside = np.flatnonzero((wa >= -1e-9) & (wb >= -1e-9) & (wa + wb <= 1 + 1e-9))
+    i, t, wa, wb = i[inside], t[inside], wa[inside], wb[inside]
+    za, zb, zc = z[triangles[t]].T
+    here = wa * za + wb * zb + (1 - wa - wb) * zc
+    np.maximum.at(depth, i, here)
+    won = np.flatnonzero(here == depth[i])[::-1]  # of several, the first triangle
+    owner[i[won]] = t[won]
+    return depth, owner
+
+
+def chain(ends, first, places, used, line, starts):
+    lists = [array.tolist() for array in (ends, first, places, used, line, starts)]
+    count = chain_lists(*lists)
+    line[:], starts[:] = lists[4], lists[5]
+    return count
+
+
+def _spread(counts):
+    """For each thing as many rows as it counts: its number, and 0, 1, 2, … within it."""
+    which = np.repeat(np.arange(len(counts)), counts)
+    return which, np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def _sums(triangles, value, n):
+    """A value (t,) or (t, c) of each triangle summed at its three vertices."""
+    corners = triangles.T.ravel()
+    if value.ndim == 1:
+        return np.bincount(corners, np.tile(value, 3), n)
+    return np.stack([np.bincount(corners, np.tile(c, 3), n) for c in value.T], axis=1)
+
+
+def _cross(a, b):
+    return np.stack(
+        [
+            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
+            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
+            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
+        ],
+        axis=1,
+    )
+
+
+def _turn(a, b):
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

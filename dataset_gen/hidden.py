@@ -1,0 +1,78 @@
+"""Which points of a line can be seen: rays to the eye, against every triangle in their way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import Camera
+
+from .curvature import ready
+from .engine import kernels
+from .strokes import LineSet, Stroke, cut
+
+# A line on the face is looked for that far above it, in metres, and may still lie that much
+# behind what is in front of it: its triangles are flat where the face is round.
+LIFT, BIAS = 0.0003, 0.0015
+# A line that dips that far between two parts that are seen goes on: where lips press together.
+DIP = 0.003
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What hides lines: triangles (t, 3) that face the camera, over vertices (n, 3) in metres."""
+
+    vertices: NDArray
+    triangles: NDArray
+    pixels: NDArray
+    camera: Camera
+
+    @classmethod
+    def of(
+        cls, vertices: NDArray, triangles: NDArray, camera: Camera,
+        shells: list[tuple[NDArray, NDArray]],
+    ) -> Scene:  # fmt: skip
+        """A face and `shells` of hair, (points, triangles), which hide from both sides."""
+        for points, shell in shells:
+            both = np.concatenate([shell, shell[:, ::-1]]) + len(vertices)
+            triangles = np.concatenate([triangles, both.astype(triangles.dtype)])
+            vertices = np.concatenate([vertices, points])
+        return cls(
+            ready(vertices), ready(triangles, np.int32), ready(camera.project(vertices)), camera
+        )
+
+    def topmost(self, points: NDArray) -> tuple[NDArray, NDArray]:
+        """Depth (p,) in metres and number (p,) of the triangle that is seen over points (p, 3).
+
+        -inf and -1 where there is none.
+        """
+        at = ready(self.camera.project(points))
+        return kernels().topmost(self.pixels, ready(self.vertices[:, 2]), self.triangles, at)
+
+
+def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[Stroke]:
+    """What the camera sees of lines; eyes : (t,) bool, triangles on which irises are painted."""
+    if not sets:
+        return []
+    camera = scene.camera
+    points = np.concatenate([line.points for line in sets])
+    normals = np.concatenate([line.normals for line in sets])
+    above = points + LIFT * normals
+    depth, owner = scene.topmost(above)
+    pixels = camera.project(points)
+    inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
+    behind = depth - above[:, 2]
+    seen, nearly = inside & (behind <= BIAS), inside & (behind <= DIP)
+    on_eye = np.append(eyes, np.zeros(len(scene.triangles) - len(eyes) + 1, dtype=bool))[owner]
+    out = []
+    start = 0
+    for line in sets:
+        part = slice(start, start + len(line.points))
+        start = part.stop
+        shown = line.shown
+        if line.kind in ("iris", "pupil"):  # the lids are thinner than the bias
+            shown = shown & on_eye[part]
+        out += cut(line, pixels[part], seen[part] & shown, nearly[part] & shown)
+    return out

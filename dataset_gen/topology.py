@@ -1,0 +1,120 @@
+"""Which edges join which triangles: worked out once for a mesh, used for every drawing of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import FaceRig
+from facs_rig.anatomy import HAIR_PARTS
+
+
+@dataclass(frozen=True)
+class Topology:
+    """The edges of a triangle mesh in which at most two triangles share an edge.
+
+    triangles : (t, 3) int32        edges : (e, 2) int32, the lower vertex first
+    triangle_edges : (t, 3) int32, edge k joins the corners k and k + 1 of its triangle
+    edge_triangles : (e, 2) int32, -1 for the missing one of an edge at the rim of the mesh
+    """
+
+    triangles: NDArray[np.int32]
+    edges: NDArray[np.int32]
+    triangle_edges: NDArray[np.int32]
+    edge_triangles: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, triangles: NDArray) -> Topology:
+        """The topology of triangles (t, 3)."""
+        triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+        ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+        ends = np.sort(ends, axis=1).astype(np.int64)
+        count = int(ends.max(initial=0)) + 1
+        keys, edge, uses = np.unique(
+            ends[:, 0] * count + ends[:, 1], return_inverse=True, return_counts=True
+        )
+        edge = edge.ravel()
+        owner = np.append(np.argsort(edge, kind="stable") // 3, -1)
+        first = np.cumsum(uses) - uses
+        sides = np.stack([owner[first], owner[np.where(uses > 1, first + 1, -1)]], axis=1)
+        return cls(
+            triangles,
+            np.stack(np.divmod(keys, count), axis=1).astype(np.int32),
+            edge.reshape(-1, 3).astype(np.int32),
+            sides.astype(np.int32),
+        )
+
+    def between(self, edge: NDArray, other: NDArray) -> NDArray[np.int32]:
+        """The triangle (k,) that has both of two edges (k,)."""
+        one, two = self.edge_triangles[edge], self.edge_triangles[other]
+        shared = (one[:, 0] == two[:, 0]) | (one[:, 0] == two[:, 1])
+        return np.where(shared, one[:, 0], one[:, 1])
+
+
+@dataclass(frozen=True)
+class FaceTopology:
+    """The face without its hairs, which are drawn as curves.
+
+    solid : topology of these triangles        index : (t,) int32, their numbers in the rig
+    skin, eyes : (t,) bool        shells : hair layer -> topology of its surface
+    under : stroke or layer -> the point of the face under each of its points, as a triangle of
+    the rig (k,) and barycentric weights (k, 3); none for layers that stand off the face
+    """
+
+    solid: Topology
+    index: NDArray[np.int32]
+    skin: NDArray[np.bool_]
+    eyes: NDArray[np.bool_]
+    shells: dict[str, Topology]
+    under: dict[str, tuple[NDArray, NDArray]]
+
+
+_faces: WeakKeyDictionary[FaceRig, FaceTopology] = WeakKeyDictionary()
+
+
+def face_topology(rig: FaceRig) -> FaceTopology:
+    """The topology of a rig, made when it is first asked for."""
+    if rig not in _faces:
+        part = {name: k for k, name in enumerate(rig.part_names)}
+        hairs = [part[name] for name in HAIR_PARTS]
+        index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
+        owner = rig.triangle_part[index]
+        found = {name: _under(rig.triangles, *stroke) for name, stroke in rig.strokes.items()}
+        for name, curve in rig.curves.items():
+            if not curve.lift.any():
+                found[name] = _under(rig.triangles, curve.index, curve.weight)
+        _faces[rig] = FaceTopology(
+            Topology.of(rig.triangles[index]),
+            index,
+            owner == part["skin"],
+            owner == part["eyes"],
+            {name: Topology.of(c.triangles) for name, c in rig.curves.items() if len(c.triangles)},
+            {name: place for name, place in found.items() if place is not None},
+        )
+    return _faces[rig]
+
+
+def _under(
+    triangles: NDArray, index: NDArray, weight: NDArray
+) -> tuple[NDArray[np.int32], NDArray[np.float64]] | None:
+    """Triangle (k,) and barycentric weights (k, 3) of points given by vertices and weights (k, 3).
+
+    None if a point is not on a triangle.
+    """
+    owner = np.empty(len(index), dtype=np.int32)
+    out = np.zeros((len(index), 3))
+    starts = np.cumsum(np.bincount(triangles.ravel(), minlength=int(triangles.max()) + 1))
+    around = np.argsort(triangles.ravel(), kind="stable") // 3
+    for k, (corners, shares) in enumerate(zip(index, weight, strict=True)):
+        near = around[starts[corners[0] - 1] if corners[0] else 0 : starts[corners[0]]]
+        needed = corners[shares != 0] if (shares != 0).any() else corners
+        fits = [t for t in near if np.isin(needed, triangles[t]).all()]
+        if not fits:
+            return None
+        owner[k] = fits[0]
+        for corner, share in zip(corners, shares, strict=True):
+            out[k, triangles[fits[0]] == corner] += share
+    return owner, out
