@@ -7,7 +7,6 @@ slowly. All strokes are worked on at once, in flat arrays.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,17 +179,3 @@ def stroke_of(stored: dict) -> Stroke:
     if len(points) != len(strength) or not len(points):
         raise ValueError(f"a stroke has {len(points)} points but {len(strength)} strengths")
     return stroke
-
-
-def moved(strokes: Iterable[Stroke], matrix: NDArray) -> list[Stroke]:
-    """Strokes seen through a homography (3, 3) of the page, as `paper.tilt_matrix` gives it."""
-    strokes = list(strokes)
-    if np.array_equal(matrix, np.eye(3)):
-        return strokes
-    return [replace(s, points=through(matrix, s.points)) for s in strokes]
-
-
-def through(matrix: NDArray, points: NDArray) -> NDArray[np.float64]:
-    """Points (..., 2) mapped by a homography (3, 3)."""
-    mapped = np.asarray(points, float) @ matrix[:, :2].T + matrix[:, 2]
-    return mapped[..., :2] / mapped[..., 2:]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ from facs_rig import Camera, FaceRig
 
 from .ink import ink
 from .lines import Stroke
-from .marks import loosen, moved
-from .paper import tilt_matrix
+from .marks import loosen
+from .paper import through, tilt_matrix
 from .shading import construction, hatches
 from .style import Style
 
@@ -46,5 +46,7 @@ def draw_page(
     marks = construction(rig, vertices, camera) if style.construction else []
     marks += hatches(rig, vertices, camera, style, rng)
     matrix = tilt_matrix(style, camera.width, camera.height)
-    drawn = moved(loosen([*marks, *strokes], style, rng), matrix)
+    drawn = loosen([*marks, *strokes], style, rng)
+    if any(style.tilt):
+        drawn = [replace(stroke, points=through(matrix, stroke.points)) for stroke in drawn]
     return Page(ink(drawn, camera.width, camera.height, style), drawn, matrix)

@@ -32,7 +32,7 @@ def tooth(height: int, width: int, seed: int) -> Floats:
     du, dv, turn = np.random.default_rng(seed).integers(0, [TILE, TILE, 4])
     rows = (np.arange(height) + dv) % TILE
     columns = (np.arange(width) + du) % TILE
-    return np.rot90(_tile(), int(turn))[rows[:, None], columns]
+    return np.rot90(_tile(), int(turn)).take(rows, axis=0).take(columns, axis=1)
 
 
 def grained(darkness: Floats, style: Style) -> Floats:
@@ -92,3 +92,9 @@ def tilt_matrix(style: Style, width: int, height: int) -> NDArray[np.float64]:
     lean[2, :2] = a / cu, b / cv
     back = np.array([[1, 0, cu], [0, 1, cv], [0, 0, 1]], float)
     return back @ lean @ to_middle
+
+
+def through(matrix: NDArray, points: NDArray) -> NDArray[np.float64]:
+    """Points (..., 2) mapped by a homography (3, 3)."""
+    mapped = np.asarray(points, float) @ matrix[:, :2].T + matrix[:, 2]
+    return mapped[..., :2] / mapped[..., 2:]

@@ -12,15 +12,16 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import binary_closing, gaussian_filter, map_coordinates
 
 from facs_rig import LANDMARKS, Camera, FaceRig
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.mesh import vertex_normals
 
 from .lines import Stroke
 from .style import Style
 
-CELL = 4.0  # pixels of a cell of the depth buffer that hatches are looked up in
+CELLS = 64  # of the depth buffer that hatches are looked up in, along the longer side
+FACING = 0.05  # least n·v of a vertex that is counted into it
 STEP = 2.5  # pixels between the points of a hatch
 NEAR = 6.0  # pixels in depth behind the nearest vertex of a cell that still are the same surface
 BEND = 0.55  # how much the planes lean into the page
@@ -43,7 +44,7 @@ def hatches(
     depth, skin = _skin_depth(rig, vertices, camera, style.layers)
     if skin.sum() < 20:
         return []
-    shade = _shade(depth, skin, style)
+    shade = _shade(depth, skin, style, _cell(camera))
     lean = np.radians(45.0 if style.light < 0 else 135.0) + rng.normal(0, 0.12)
     gap = SPACING[0] + SPACING[1] * style.width
 
@@ -51,10 +52,11 @@ def hatches(
     reach = 0.5 * float(np.hypot(camera.width, camera.height))
     p, q = np.arange(-reach, reach, STEP), np.arange(-reach, reach, STEP)
     along = np.array([np.cos(lean), -np.sin(lean)])
-    across = np.array([-along[1], along[0]])
+    # Away from the light, where the surface falls off and the planes meet it at the best angle.
+    across = np.array([-along[1], along[0]]) * (1 if style.light < 0 else -1)
     middle = np.array([camera.width, camera.height]) / 2
     place = middle + p[:, None, None] * along + q[None, :, None] * across
-    cell = place[..., ::-1].reshape(-1, 2).T / CELL - 0.5
+    cell = place[..., ::-1].reshape(-1, 2).T / _cell(camera) - 0.5
 
     def at_places(values: NDArray, outside: float) -> NDArray:
         found = map_coordinates(values, cell, order=1, mode="constant", cval=outside)
@@ -83,15 +85,17 @@ def hatches(
     drawn = inside[i, k] & inside[i, k - 1] & (dark > least)
     drawn[1:] &= np.abs(np.diff(across_at, axis=0)) < 1.3 * STEP
     drawn[1:] &= np.abs(np.diff(z, axis=0)) < JUMP
+    runs = np.zeros((len(levels), len(p) + 2), np.int8)
+    runs[:, 1:-1] = drawn.T
+    edges = np.flatnonzero(np.diff(runs.ravel()))
+    level, begin = np.divmod(edges[::2], len(p) + 2)
+    size = edges[1::2] - edges[::2]
+    base = middle + p[:, None] * along
     out = []
-    for level in range(len(levels)):
-        edge = np.flatnonzero(np.diff(np.pad(drawn[:, level].astype(np.int8), 1)))
-        for a, b in zip(edge[::2].tolist(), edge[1::2].tolist(), strict=True):
-            if STEP * (b - a - 1) < SHORTEST:
-                continue
-            points = middle + p[a:b, None] * along + across_at[a:b, level, None] * across
-            strength = np.clip(0.35 + 0.8 * (dark[a:b, level] - least[level]), 0, 1)
-            out.append(Stroke(points, strength, "hatch"))
+    for n, a, b in np.stack([level, begin, begin + size])[:, STEP * (size - 1) >= SHORTEST].T:
+        points = base[a:b] + across_at[a:b, n, None] * across
+        strength = np.clip(0.35 + 0.8 * (dark[a:b, n] - least[n]), 0, 1)
+        out.append(Stroke(points, strength, "hatch"))
     return out
 
 
@@ -103,18 +107,24 @@ def _skin_depth(
     The mesh is much finer than the cells, so the vertices themselves are counted into them: the
     nearest says what is seen, those close behind it how deep it lies.
     """
-    hair = np.isin(rig.vertex_part, [rig.part_names.index(part) for part in HAIR_PARTS])
-    shown, skin = vertices[~hair], rig.parts["skin"][~hair]
+    # The far side of the head must not be seen through gaps between vertices; the way that the
+    # face at rest looks, turned with the head, tells it well enough.
+    places, normals = _at_rest(rig)
+    turn = _turn(places, vertices[rig.landmarks])
+    front = np.flatnonzero(normals @ turn[2] > FACING)
+    shown, skin, eyes = vertices[front], rig.parts["skin"][front], rig.parts["eyes"][front]
     shells = [rig.curves[k].points(vertices) for k in layers
               if k in rig.curves and len(rig.curves[k].triangles)]  # fmt: skip
     for shell in shells:
         shown = np.concatenate([shown, shell])
-        skin = np.concatenate([skin, np.zeros(len(shell), bool)])
-    shape = int(np.ceil(camera.height / CELL)), int(np.ceil(camera.width / CELL))
-    column, row = np.floor(camera.project(shown) / CELL).astype(np.int64).T
+        skin, eyes = (np.concatenate([part, np.zeros(len(shell), bool)]) for part in (skin, eyes))
+    size = _cell(camera)
+    shape = int(np.ceil(camera.height / size)), int(np.ceil(camera.width / size))
+    column, row = np.floor(camera.project(shown) / size).astype(np.int64).T
     on_page = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
     cell = (row * shape[1] + column)[on_page]
-    z, skin = camera.scale[0] * shown[on_page, 2].astype(float), skin[on_page]
+    z = camera.scale[0] * shown[on_page, 2].astype(float)
+    skin, eyes = skin[on_page], eyes[on_page]
     nearest = np.full(shape[0] * shape[1], -np.inf)
     np.maximum.at(nearest, cell, z)
     front = z > nearest[cell] - NEAR
@@ -123,15 +133,27 @@ def _skin_depth(
     total = np.bincount(cell[front], z[front] * skin[front], nearest.size)
     depth = np.divide(total, ours, out=np.zeros_like(total), where=ours > 0).reshape(shape)
     seen = ((ours > 0) & (ours >= 0.5 * count)).reshape(shape)
-    around = gaussian_filter(seen.astype(float), 0.8)
-    smooth = gaussian_filter(depth * seen, 0.8) / np.maximum(around, 1e-3)
-    farthest = smooth[seen].min() if seen.any() else 0.0
-    return np.where(around > 0.1, smooth, farthest), around > 0.5
+    whole = binary_closing(np.pad(seen, 2), iterations=2)[2:-2, 2:-2]
+    fine, coarse = _known(depth, seen, 0.8), _known(depth, seen, 2.5)
+    smooth = np.where(seen, fine, coarse)
+    clear = np.bincount(cell[front], eyes[front], nearest.size).reshape(shape) == 0
+    return smooth, whole & clear
 
 
-def _shade(z: NDArray, skin: NDArray, style: Style) -> NDArray:
+def _known(depth: NDArray, seen: NDArray, sigma: float) -> NDArray:
+    """Depth (h, w) blurred from the cells in which it is known alone."""
+    around = gaussian_filter(seen.astype(float), sigma, truncate=8)
+    return gaussian_filter(depth * seen, sigma, truncate=8) / np.maximum(around, 1e-9)
+
+
+def _cell(camera: Camera) -> float:
+    """Pixels of a cell of the depth buffer that hatches are looked up in."""
+    return max(camera.width, camera.height) / CELLS
+
+
+def _shade(z: NDArray, skin: NDArray, style: Style, cell: float) -> NDArray:
     """How dark each cell (h, w) is, above 0 in the shade and 1 in the deepest; z in pixels."""
-    dv, du = np.gradient(z, CELL)
+    dv, du = np.gradient(z, cell)
     angle = np.radians(style.light)
     lamp = np.array([LAMP[0] * np.sin(angle), LAMP[0] * np.cos(angle), LAMP[1]])
     lit = (-du * lamp[0] + dv * lamp[1] + lamp[2]) / np.sqrt(du * du + dv * dv + 1)
@@ -145,7 +167,7 @@ def construction(rig: FaceRig, vertices: NDArray, camera: Camera) -> list[Stroke
     They lie on an ellipsoid around the skull that is turned with the head, as one draws a ball
     before a face.
     """
-    turn = _turn(_landmarks_at_rest(rig), vertices[rig.landmarks])
+    turn = _turn(_at_rest(rig)[0], vertices[rig.landmarks])
     # The head looks along z again; some of its skin says how large it is.
     head = vertices[np.flatnonzero(rig.parts["skin"])[::7]] @ turn
     points = vertices[rig.landmarks] @ turn
@@ -153,15 +175,10 @@ def construction(rig: FaceRig, vertices: NDArray, camera: Camera) -> list[Stroke
         return points[LANDMARKS.index(name)]
 
     eyes = 0.5 * (at("pupil_left") + at("pupil_right"))
-    chin = at("chin")[1]
-    top = head[:, 1].max()
-    above = head[head[:, 1] > chin]
-    middle = np.array([eyes[0], 0.5 * (top + chin), 0.5 * np.sum(np.quantile(above[:, 2], [0, 1]))])
-    half = np.array([
-        0.5 * np.ptp(np.quantile(above[:, 0], [0.03, 0.97])),
-        0.5 * (top - chin),
-        at("nose_root")[2] - middle[2],
-    ])  # fmt: skip
+    top, chin = head[:, 1].max(), at("chin")[1]
+    skull = head[head[:, 1] > eyes[1] + 0.3 * (top - eyes[1])]  # above the ears
+    half = np.array([0.5 * np.ptp(skull[:, 0]), 0.5 * (top - chin), 0.5 * np.ptp(skull[:, 2])])
+    middle = np.array([eyes[0], 0.5 * (top + chin), at("nose_root")[2] - 0.97 * half[2]])
     rise = np.clip((eyes[1] - middle[1]) / half[1], -0.9, 0.9)
     around = np.sqrt(1 - rise**2)
     side = np.linspace(-0.5, 0.5, 40) * np.pi * 0.86
@@ -192,8 +209,10 @@ def _rim(pixels: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=4)
-def _landmarks_at_rest(rig: FaceRig) -> NDArray:
-    return rig.neutral()[rig.landmarks]
+def _at_rest(rig: FaceRig) -> tuple[NDArray, NDArray]:
+    """Landmarks (k, 3) and normals (n, 3) of the face without expression, upright."""
+    vertices = rig.neutral()
+    return vertices[rig.landmarks], vertex_normals(vertices, rig.triangles, rig.corners)
 
 
 def _turn(rest: NDArray, posed: NDArray) -> NDArray:

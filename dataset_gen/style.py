@@ -116,11 +116,11 @@ STYLES: dict[str, Style] = {
     "brush": Style(look="brush", width=3.0, fading=0.6, pressure=0.6, taper=1.0, nib=0.3),
     "pencil": Style(
         look="pencil", width=1.9, fading=0.35, wobble=0.5, passes=2, pressure=0.4, taper=0.6,
-        overshoot=3, pull=90, tone=0.62, pale=0.6, grain=0.7, hatching=0.5, construction=0.25,
+        overshoot=3, pull=90, tone=0.62, pale=0.6, grain=0.7, hatching=0.5, construction=0.4,
     ),
     "rough": Style(
         look="rough", width=1.3, fading=0.3, wobble=1.3, passes=3, pressure=0.5, taper=0.8,
-        overshoot=8, pull=55, tone=0.75, pale=0.4, grain=0.3, construction=0.3,
+        overshoot=8, pull=55, tone=0.75, pale=0.4, grain=0.3, construction=0.4,
     ),
     "broken": Style(look="broken", width=1.5, fading=0.5, wobble=0.4, taper=0.6, breaks=0.2),
     "hatched": Style(look="hatched", width=1.3, fading=0.4, wobble=0.3, taper=0.7, hatching=0.8),
@@ -196,7 +196,7 @@ def sample_style(
         values["hatching"] = round(float(rng.uniform(0.2, 0.9)), 4)
         values["light"] = round(float(rng.choice([-1, 1]) * rng.uniform(20, 80)), 2)
     if rng.random() < CONSTRUCTION_ODDS.get(look, 0):
-        values["construction"] = round(float(rng.uniform(0.12, 0.4)), 4)
+        values["construction"] = round(float(rng.uniform(0.2, 0.5)), 4)
     if paper == "photo":
         lean = rng.uniform(-0.05, 0.05, 2)
         values["tilt"] = (round(float(lean[0]), 4), round(float(lean[1]), 4))
