@@ -30,7 +30,7 @@ from .style import Style, sample_style
 __all__ = ["Style", "coverage", "ink", "loosen", "sample_style"]
 
 Floats = NDArray[np.float32]
-SHEETS = 5  # translucent strokes are laid on so many sheets, which darken each other
+SHEETS = 4  # translucent strokes are laid on so many sheets, which darken each other
 TAPER = 14.0  # pixels over which an end runs out, at most 0.45 of the line
 THINNEST = 0.35  # pixels, but for ends that run out
 NIB_ANGLE = np.radians(-40.0)  # of a flat pen's edge to the line of the page
@@ -52,7 +52,8 @@ def ink(
         lines = Polylines.of([stroke.points for stroke in strokes])
         strength = np.concatenate([stroke.strength for stroke in strokes])
         share, tone = np.array([_kind(stroke, style) for stroke in strokes]).T
-        line, along, starts = spread(lines.length, float(np.clip(style.width, 1.5, 3)))
+        step = np.minimum(np.clip(1.3 * style.width, 2.0, 3.0), 1 + lines.length / 20)
+        line, along, starts = spread(lines.length, step)
         points, strength = lines.at(line, along, strength)
         faint = 1 - np.clip(strength, 0, 1)
         thick = np.maximum(style.width * share[line] * (1 - style.fading * faint), THINNEST)

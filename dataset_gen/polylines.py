@@ -55,8 +55,10 @@ class Polylines:
         return np.stack([u, v], axis=1), *(np.interp(where, axis, value) for value in values)
 
 
-def spread(length: NDArray, step: float) -> tuple[NDArray, NDArray, NDArray]:
+def spread(length: NDArray, step: float | NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Even places along lines of `length` (n,): at most `step` apart, both ends among them.
+
+    step : one for all, or (n,).
 
     Returns the line of each place (m,), its length along the line (m,), and starts (n + 1,).
     """

@@ -23,6 +23,7 @@ from .style import Style
 CELLS = 64  # of the depth buffer that hatches are looked up in, along the longer side
 FACING = 0.05  # least n·v of a vertex that is counted into it
 STEP = 2.5  # pixels between the points of a hatch
+APART = 0.0025  # metres, about, between the vertices that are counted
 NEAR = 6.0  # pixels in depth behind the nearest vertex of a cell that still are the same surface
 BEND = 0.55  # how much the planes lean into the page
 SPACING = (2.4, 1.3)  # pixels between hatches: and as many widths of a line
@@ -49,12 +50,13 @@ def hatches(
     gap = SPACING[0] + SPACING[1] * style.width
 
     # The frame of the hatches: p along them, q across, both in pixels from the picture's middle.
-    reach = 0.5 * float(np.hypot(camera.width, camera.height))
-    p, q = np.arange(-reach, reach, STEP), np.arange(-reach, reach, STEP)
     along = np.array([np.cos(lean), -np.sin(lean)])
     # Away from the light, where the surface falls off and the planes meet it at the best angle.
     across = np.array([-along[1], along[0]]) * (1 if style.light < 0 else -1)
     middle = np.array([camera.width, camera.height]) / 2
+    cells = (np.argwhere(skin)[:, ::-1] + 0.5) * _cell(camera) - middle
+    p, q = (np.arange(way.min() - 3 * STEP, way.max() + 3 * STEP, STEP)
+            for way in (cells @ along, cells @ across))  # fmt: skip
     place = middle + p[:, None, None] * along + q[None, :, None] * across
     cell = place[..., ::-1].reshape(-1, 2).T / _cell(camera) - 0.5
 
@@ -104,15 +106,16 @@ def _skin_depth(
 ) -> tuple[NDArray, NDArray]:
     """Depth (h, w) in pixels, smoothed, in cells of CELL pixels, and where skin is seen.
 
-    The mesh is much finer than the cells, so the vertices themselves are counted into them: the
+    The mesh is much finer than the cells, so some of the vertices are counted into them: the
     nearest says what is seen, those close behind it how deep it lies.
     """
     # The far side of the head must not be seen through gaps between vertices; the way that the
     # face at rest looks, turned with the head, tells it well enough.
-    places, normals = _at_rest(rig)
+    places, some, normals = _at_rest(rig)
     turn = _turn(places, vertices[rig.landmarks])
-    front = np.flatnonzero(normals @ turn[2] > FACING)
-    shown, skin, eyes = vertices[front], rig.parts["skin"][front], rig.parts["eyes"][front]
+    some = some[normals @ turn[2] > FACING]
+    shown, part = vertices[some], rig.vertex_part[some]
+    skin, eyes = (part == rig.part_names.index(name) for name in ("skin", "eyes"))
     shells = [rig.curves[k].points(vertices) for k in layers
               if k in rig.curves and len(rig.curves[k].triangles)]  # fmt: skip
     for shell in shells:
@@ -209,10 +212,13 @@ def _rim(pixels: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=4)
-def _at_rest(rig: FaceRig) -> tuple[NDArray, NDArray]:
-    """Landmarks (k, 3) and normals (n, 3) of the face without expression, upright."""
+def _at_rest(rig: FaceRig) -> tuple[NDArray, NDArray, NDArray]:
+    """Of the upright face: landmarks (k, 3), vertices APART of each other (m,), normals (m, 3)."""
     vertices = rig.neutral()
-    return vertices[rig.landmarks], vertex_normals(vertices, rig.triangles, rig.corners)
+    boxes = np.floor(vertices / APART).astype(np.int64) + 1000
+    _, some = np.unique(boxes @ [1, 2000, 2000**2] * 10 + rig.vertex_part, return_index=True)
+    normals = vertex_normals(vertices, rig.triangles, rig.corners)
+    return vertices[rig.landmarks], some, normals[some]
 
 
 def _turn(rest: NDArray, posed: NDArray) -> NDArray:
