@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from dataset_gen.sampling import sample_identity
-from facs_rig import CONTROL_NAMES, LANDMARKS, FaceParameters, load_rig
+from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, load_rig, rasterise
 
 MM = 1e-3
 STRENGTHS = (2.5, 5.0, 10.0)
@@ -111,6 +111,19 @@ def test_the_inside_of_the_skin_is_not_seen(groups, rig, surface, group, total):
     assert sum(surface.backs(rig.pose(parameters)) for parameters in groups[group][::2]) <= total
 
 
+# Measured, of pictures 1400 pixels high: none of the default face, 18 of eight random people.
+def test_a_closed_mouth_shows_neither_teeth_nor_tongue(groups, rig):
+    inside = [rig.part_names.index(name) for name in ("teeth", "tongue")]
+
+    def seen(identity):
+        vertices = rig.neutral(identity)
+        owner = rasterise(vertices, rig.triangles, Camera.framing(vertices, 1400, 1400)).triangle
+        return int(np.isin(rig.triangle_part[owner[owner >= 0]], inside).sum())
+
+    assert seen({}) == 0
+    assert sum(seen(p.identity) for p in groups["ten, anyone"][:8]) < 30
+
+
 # How deep skin goes into other skin, in millimetres. Lips that are rolled in or pressed together
 # touch well inside the mouth; what counts is the mean, and that nothing gets deeper.
 # Measured, mean and most: at 2.5 0.07 and 0.98, at 5 0.15 and 1.4, at 10 0.32 and 3.1 (all three
@@ -126,7 +139,7 @@ def test_lips_do_not_pass_through_each_other(crossed, group, mean, most):
     assert lips.max() < most
 
 
-# Square millimetres of one lip that are inside the other, of 1,300 that are seen at rest. Measured:
+# Square millimetres of one lip that are inside the other, of 2,000 that are seen at rest. Measured:
 # 9.7 in the mean at 2.5, 24 at 5, 41 at 10 (a rolled-in lip alone 120, 322, 400); ten at once 44
 # and 242 at most; of random people 36 and 486.
 @pytest.mark.parametrize(
