@@ -11,8 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from .lines import Stroke
 from .polylines import Polylines, spread
+from .strokes import Stroke
 from .style import Style
 
 STEP = 2.0  # pixels between the points of a mark
@@ -151,20 +151,31 @@ def drift(
     )
 
 
-def stroke_lists(strokes: Iterable[Stroke], digits: int = 1) -> list[dict]:
+def stroke_lists(
+    strokes: Iterable[Stroke], digits: int = 1, step: float | None = None
+) -> list[dict]:
     """Strokes as JSON knows them, for those who train on vectors rather than on pictures.
 
     Each is {"kind", "width": share of a line's width, "points": [[u, v], ...] in pixels,
-    "strength": [0..1, ...]}; `stroke_of` makes it a Stroke again.
+    "strength": [0..1, ...]}; `stroke_of` makes it a Stroke again. With a `step` their points are
+    spread anew, so many pixels apart or less, which keeps files small.
     """
+    strokes = list(strokes)
+    places = [np.asarray(stroke.points, float) for stroke in strokes]
+    strengths = [np.asarray(stroke.strength, float) for stroke in strokes]
+    if step and strokes:
+        lines = Polylines.of(places)
+        line, along, starts = spread(lines.length, step)
+        points, strength = lines.at(line, along, np.concatenate(strengths))
+        places, strengths = np.split(points, starts[1:-1]), np.split(strength, starts[1:-1])
     return [
         {
             "kind": stroke.kind,
             "width": round(float(stroke.width), 3),
-            "points": np.round(np.asarray(stroke.points, float), digits).tolist(),
-            "strength": np.round(np.asarray(stroke.strength, float), 2).tolist(),
+            "points": np.round(points, digits).tolist(),
+            "strength": np.round(strength, 2).tolist(),
         }
-        for stroke in strokes
+        for stroke, points, strength in zip(strokes, places, strengths, strict=True)
     ]
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from facs_rig import Camera, FaceRig
 
 from .ink import ink
-from .lines import Stroke
 from .marks import loosen
 from .paper import through, tilt_matrix
 from .shading import construction, hatches
+from .strokes import Stroke
 from .style import Style
 
 

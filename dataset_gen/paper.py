@@ -41,7 +41,7 @@ def grained(darkness: Floats, style: Style) -> Floats:
         return darkness
     height, width = darkness.shape
     pits = tooth(height, width, style.seed)
-    reach = np.clip(2.2 * darkness - 2.6 * pits * (1 - 0.55 * darkness) + 0.75, 0, 1)
+    reach = np.clip(0.85 + 1.7 * darkness - 2 * pits * (1 - 0.5 * darkness), 0, 1)
     return darkness * (1 - style.grain + style.grain * reach)
 
 

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_closing, gaussian_filter, map_coordinates
 from facs_rig import LANDMARKS, Camera, FaceRig
 from facs_rig.mesh import vertex_normals
 
-from .lines import Stroke
+from .strokes import Stroke
 from .style import Style
 
 CELLS = 64  # of the depth buffer that hatches are looked up in, along the longer side

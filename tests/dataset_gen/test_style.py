@@ -144,7 +144,7 @@ def test_every_style_draws_a_face_that_can_be_read(name, face):
     picture = page.picture.astype(float)
     assert page.picture.shape == (256, 256)
     assert page.picture.dtype == np.uint8
-    clean = np.concatenate([through(page.matrix, s.points) for s in strokes if s.kind != "hair"])
+    clean = np.concatenate([through(page.matrix, s.points) for s in strokes])
     u, v = np.clip(np.floor(clean).astype(int), 3, 252).T
     near = np.min([picture[v + j, u + i] for i in range(-2, 3) for j in range(-2, 3)], axis=0)
     paper = np.quantile(picture, 0.9)
@@ -235,6 +235,10 @@ def test_strokes_are_stored_as_lists():
         assert kept.kind == original.kind
         np.testing.assert_allclose(kept.points, original.points, atol=0.051)
         np.testing.assert_allclose(kept.strength, original.strength, atol=0.0051)
+    sparse = stroke_lists(drawn, step=5)
+    assert sum(len(s["points"]) for s in sparse) < 0.6 * sum(len(s["points"]) for s in stored)
+    assert [s["points"][-1] for s in sparse] == [s["points"][-1] for s in stored]
+    assert stroke_lists([], step=2) == []
     with pytest.raises(ValueError, match="no stroke"):
         stroke_of({"points": [[1, 2]]})
     with pytest.raises(ValueError, match="2 points but 1 strengths"):
