@@ -27,8 +27,11 @@ ONCE = ("pupil", "brow_hair", "lash", "lash_lower", "hatch", "construction")
 
 
 def loosen(strokes: Iterable[Stroke], style: Style, rng: np.random.Generator) -> list[Stroke]:
-    """The strokes as a hand of this style draws them, in the order in which they were given."""
-    strokes = list(strokes)
+    """The strokes as a hand of this style draws them, in the order in which they were given.
+
+    Strokes of less than two points are nothing to draw.
+    """
+    strokes = [stroke for stroke in strokes if len(stroke.points) > 1]
     if not strokes:
         return []
     lines = Polylines.of([stroke.points for stroke in strokes])

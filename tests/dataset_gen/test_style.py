@@ -13,6 +13,7 @@ from dataset_gen import (
     Style,
     draw_page,
     draw_strokes,
+    ink,
     loosen,
     sample_style,
     stroke_lists,
@@ -243,6 +244,27 @@ def test_strokes_are_stored_as_lists():
         stroke_of({"points": [[1, 2]]})
     with pytest.raises(ValueError, match="2 points but 1 strengths"):
         stroke_of({"points": [[1, 2], [3, 4]], "strength": [1], "kind": "lip", "width": 1})
+
+
+def test_any_strokes_in_any_style():
+    """Dots, doubled points, loops, lines off the page: nothing is lost, nothing goes wrong."""
+    rng = np.random.default_rng(10)
+    odd = [np.zeros((0, 2)), [[5, 5]], [[5, 5], [5, 5]], [[9, 9], [9, 9], [12, 9]],
+           [[-50, 3], [-9, 4]], [[0, 0], [40, 0], [40, 40], [0, 0]], [[1e4, 0], [1e4, 9]],
+           rng.uniform(0, 64, (40, 2)), [[3, 3], [3.001, 3]]]  # fmt: skip
+    kinds = ("contour", "pupil", "hatch", "construction", "lash")
+    strokes = [
+        Stroke(np.array(points, float), rng.random(len(points)), kinds[k % len(kinds)])
+        for k, points in enumerate(odd * 3)
+    ]
+    for _ in range(60):
+        style = sample_style(rng)
+        drawn = loosen(strokes, style, rng)
+        for s in drawn:
+            assert len(s.points) == len(s.strength) > 1
+            assert np.isfinite(s.points).all()
+            assert ((s.strength >= 0) & (s.strength <= 1)).all()
+        assert ink(drawn, 64, 48, style).shape == (48, 64)
 
 
 def test_lengths_along_polylines():
