@@ -28,17 +28,21 @@ from .sampling import SCHEMES, sample_face, sample_rng
 
 SHARD = 250  # samples in each shard but the last
 SIZE = 256
-ENGINES = ("contours",)
+ENGINES = ("contours", "freestyle")
+RECYCLED = 4  # shards after which a worker is replaced: Blender does not give all memory back
 Progress = Callable[[int, int], None]
 
 
-def make_sample(seed: int, index: int, size: int = SIZE, scheme: str = "sparse") -> tuple:
+def make_sample(
+    seed: int, index: int, size: int = SIZE, scheme: str = "sparse", engine: str = "contours"
+) -> tuple:
     """Picture (size, size) uint8 and the dictionary of everything that made sample `index`."""
     rig = load_rig()
     rng = sample_rng(seed, index)
     sample = sample_face(rig, rng, size, scheme)
     vertices = rig.pose(sample.parameters)
-    strokes = draw_strokes(rig, vertices, sample.camera, sample.detail, sample.style.layers)
+    draw, told = _engine(engine)
+    strokes = draw(rig, vertices, sample.camera, sample.detail, sample.style.layers)
     picture = ink(loosen(strokes, sample.style, rng), size, size, sample.style)
     places = sample.camera.project(vertices[rig.landmarks])
     parameters = sample.parameters.to_json()
@@ -56,7 +60,7 @@ def make_sample(seed: int, index: int, size: int = SIZE, scheme: str = "sparse")
         },
         "seed": seed,
         "index": index,
-        "engine": "contours",
+        **told,
         "scheme": scheme,
         "detail": sample.detail,
         "style": sample.style.to_json(),
@@ -68,13 +72,22 @@ def make_sample(seed: int, index: int, size: int = SIZE, scheme: str = "sparse")
     return picture, meta
 
 
-def write_shard(path: Path, seed: int, indices: range, scheme: str) -> int:
+def _engine(name: str) -> tuple[Callable, dict[str, str]]:
+    """The function that draws, and what a sample tells of it; ValueError if it cannot draw here."""
+    if name == "freestyle":
+        from .freestyle import freestyle_strokes, version
+
+        return freestyle_strokes, {"engine": name, "blender": version()}
+    return draw_strokes, {"engine": name}
+
+
+def write_shard(path: Path, seed: int, indices: range, scheme: str, engine: str) -> int:
     """Write one shard whole (beside, then renamed); returns the number of its samples."""
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar:
             for index in indices:
-                picture, meta = make_sample(seed, index, SIZE, scheme)
+                picture, meta = make_sample(seed, index, SIZE, scheme, engine)
                 buffer = io.BytesIO()
                 Image.fromarray(picture).save(buffer, format="PNG")
                 _add(tar, f"{index:08d}.json", json.dumps(meta).encode())
@@ -114,6 +127,7 @@ def generate(
         raise ValueError(f"there is no engine '{engine}'; choose from: {', '.join(ENGINES)}")
     if scheme not in SCHEMES:
         raise ValueError(f"there is no scheme '{scheme}'; choose from: {', '.join(SCHEMES)}")
+    _engine(engine)
     out = Path(out)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; --out needs a folder")
@@ -127,36 +141,40 @@ def generate(
     todo = {
         path: indices
         for path, indices in plan.items()
-        if not (path.exists() and _holds(path, seed, indices, scheme))
+        if not (path.exists() and _holds(path, seed, indices, scheme, engine))
     }
     done = count - sum(map(len, todo.values()))
-    for finished in _run(todo, seed, scheme, jobs):
+    for finished in _run(todo, seed, scheme, engine, jobs):
         done += finished
         if progress:
             progress(done, count)
     return list(plan)
 
 
-def _run(todo: dict[Path, range], seed: int, scheme: str, jobs: int) -> Iterator[int]:
+def _run(
+    todo: dict[Path, range], seed: int, scheme: str, engine: str, jobs: int
+) -> Iterator[int]:
     if jobs == 1 or len(todo) < 2:
         for path, indices in todo.items():
-            yield write_shard(path, seed, indices, scheme)
+            yield write_shard(path, seed, indices, scheme, engine)
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(write_shard, p, seed, i, scheme) for p, i in todo.items()]
+    recycled = RECYCLED if engine == "freestyle" else None
+    context = get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, max_tasks_per_child=recycled) as pool:
+        futures = [pool.submit(write_shard, p, seed, i, scheme, engine) for p, i in todo.items()]
         for future in as_completed(futures):
             yield future.result()
 
 
-def _holds(path: Path, seed: int, indices: range, scheme: str) -> bool:
-    """Whether a shard holds just these samples of this seed; ValueError for another seed."""
+def _holds(path: Path, seed: int, indices: range, scheme: str, engine: str) -> bool:
+    """Whether a shard holds just these samples; ValueError for another seed, scheme or engine."""
     with tarfile.open(path) as tar:
         names = tar.getnames()
         first = json.loads(tar.extractfile(names[0]).read())  # type: ignore[union-attr]
-    if first["seed"] != seed or first["scheme"] != scheme:
+    if (first["seed"], first["scheme"], first["engine"]) != (seed, scheme, engine):
         raise ValueError(
-            f"{path} was made with seed {first['seed']} and scheme {first['scheme']}; "
-            "resume with the same ones or choose another folder"
+            f"{path} was made with seed {first['seed']}, scheme {first['scheme']} and engine "
+            f"{first['engine']}; resume with the same ones or choose another folder"
         )
     return [int(n.split(".")[0]) for n in names[::2]] == list(indices)
 

@@ -1,0 +1,185 @@
+"""Generate a data set inside Blender, which needs no window for it:
+
+    blender -b -P dataset_gen/blender_batch.py -- --count 1000 --out data --seed 1
+
+The same as `sketch2face generate --engine freestyle`. Blender's Python has to find numpy (Blender
+brings it, Debian's does not), scipy and Pillow. They are looked for in PYTHONPATH, in an activated
+environment, in the .venv that `make` builds, and where `sketch2face` is installed.
+
+Exit status 0 done, 1 a fault of ours, 2 the arguments or the folder cannot be used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import atexit
+import os
+import shutil
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NEEDED = {"numpy": "numpy", "scipy": "scipy", "PIL": "pillow"}  # module -> its package
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run with the command line's arguments, those after `--`; returns the exit status."""
+    options = parser().parse_args(own(sys.argv) if arguments is None else arguments)
+    missing = find_packages()
+    if missing:
+        print(missing, file=sys.stderr)
+        return 2
+    from dataset_gen.generate import generate
+
+    try:
+        if options.jobs > 1 and started_by_blender():
+            workers_are_blenders()
+        shards = generate(
+            options.count, options.out, seed=options.seed, engine=options.engine,
+            jobs=options.jobs, resume=options.resume, scheme=options.scheme, progress=Line(),
+        )  # fmt: skip
+    except (ValueError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(f"{options.count} samples in {len(shards)} shards in {options.out}")
+    return 0
+
+
+def own(argv: list[str]) -> list[str]:
+    """What stands after `--`: the rest is Blender's. Started by Python, all but the program."""
+    if "--" in argv:
+        return argv[argv.index("--") + 1 :]
+    return [] if started_by_blender() else argv[1:]
+
+
+def started_by_blender() -> bool:
+    """Whether this runs in the program Blender, not in Python with Blender as a module."""
+    bpy = sys.modules.get("bpy")
+    return bpy is not None and bool(bpy.app.binary_path)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options of `sketch2face generate`."""
+    out = argparse.ArgumentParser(
+        prog="blender -b -P dataset_gen/blender_batch.py --",
+        description="Generate a data set with lines found by Blender's Freestyle.",
+    )
+    out.add_argument("--count", type=int, required=True, help="how many samples")
+    out.add_argument("--out", metavar="DIR", required=True, help="folder of the shards")
+    out.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
+    out.add_argument("--engine", default="freestyle", help="freestyle (default) or contours")
+    out.add_argument("--scheme", default="sparse", help="how faces are sampled (default sparse)")
+    out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
+    out.add_argument("--resume", action="store_true", help="go on with an interrupted run")
+    return out
+
+
+def find_packages() -> str | None:
+    """Make this repository and what it needs importable; one sentence if something is missing."""
+    # Started by Python, the folder of this file comes first, whose freestyle.py is not Blender's.
+    own_folder = str(Path(__file__).resolve().parent)
+    sys.path[:] = [str(ROOT), *(p for p in sys.path if p not in (own_folder, str(ROOT)))]
+    missing = [name for name in NEEDED if not importable(name)]
+    for place in places():
+        if missing and place.is_dir():
+            sys.path.append(str(place))  # behind Blender's own numpy, which it was built for
+            missing = [name for name in missing if not importable(name)]
+    if not missing:
+        return None
+    names = ", ".join(NEEDED[name] for name in missing)
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return (
+        f"error: Blender's Python {version} does not find {names}; install them for Python "
+        f"{version} (python{version} -m pip install --target DIR {names.replace(',', '')}) "
+        "and set PYTHONPATH=DIR"
+    )
+
+
+def places() -> Iterator[Path]:
+    """Folders that may hold packages for this Python, the most deliberate first."""
+    yield from (Path(p) for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p)
+    program = shutil.which("sketch2face")
+    homes = [Path(os.environ["VIRTUAL_ENV"])] if os.environ.get("VIRTUAL_ENV") else []
+    homes += [ROOT / ".venv"]
+    homes += [Path(program).resolve().parents[1]] if program else []
+    library = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    for home in homes:
+        yield home / "lib" / library / "site-packages"
+        if library == f"python{version_of(home)}":
+            yield home / "Lib" / "site-packages"  # on Windows
+
+
+def version_of(home: Path) -> str:
+    """The Python, e.g. "3.11", of a virtual environment; "" where that is not written down."""
+    try:
+        lines = (home / "pyvenv.cfg").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return ""
+    told = [line.split("=")[1].strip() for line in lines if line.startswith("version")]
+    return ".".join(told[0].split(".")[:2]) if told else ""
+
+
+def importable(name: str) -> bool:
+    """Whether a module can really be imported: a wheel for another Python is found, but breaks."""
+    try:
+        __import__(name)
+    except Exception:  # a compiled module may raise anything
+        for loaded in [m for m in sys.modules if m == name or m.startswith(name + ".")]:
+            del sys.modules[loaded]
+        return False
+    return True
+
+
+def workers_are_blenders() -> None:
+    """Let multiprocessing start this Blender for its workers, where it would start Python.
+
+    A Python that runs inside a program has no bpy outside of it. What multiprocessing calls is a
+    small script that hands its code on to `blender --python-expr`; open pipes go with it.
+    """
+    import multiprocessing
+    import shlex
+    import tempfile
+
+    import bpy
+
+    if os.name != "posix":
+        raise ValueError("--jobs inside Blender needs Linux or macOS; leave it out")
+    folder = Path(tempfile.mkdtemp(prefix="sketch2face-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    script = folder / "python"
+    script.write_text(
+        f"""#!/bin/sh
+while [ "$1" != -c ]; do shift; done
+exec {shlex.quote(bpy.app.binary_path)} -b --factory-startup --python-exit-code 1 --python-expr \\
+    "import sys; sys.argv = ['-c', '--multiprocessing-fork']
+$2" >/dev/null
+"""
+    )
+    script.chmod(0o700)
+    multiprocessing.set_executable(str(script))
+
+
+class Line:
+    """How far it is: one line that writes over itself on a terminal, nothing elsewhere."""
+
+    def __call__(self, done: int, count: int) -> None:
+        if sys.stderr.isatty():
+            end = "\n" if done == count else ""
+            print(f"\r{done} of {count} samples", end=end, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        status = main()
+    except SystemExit as leave:
+        status = leave.code if isinstance(leave.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    # multiprocessing gives the main module a second name, over which older Blenders fall when
+    # they leave: they have freed it by then.
+    sys.modules.pop("__mp_main__", None)
+    if status:
+        sys.exit(status)
