@@ -95,22 +95,28 @@ def sign_changes(triangles, triangle_edges, chosen, value):
 
 def turns(triangles, triangle_edges, chosen, rise, vertices):
     owner = np.flatnonzero(chosen)
-    a = triangles[owner]
-    b = np.roll(a, -1, axis=1)
-    dot = np.einsum("tkd,tkd->tk", rise[a], rise[b])
-    maybe = (dot <= 0).sum(axis=1) >= 2
-    owner, a, b, dot = owner[maybe], a[maybe], b[maybe], dot[maybe]
-    step = vertices[b] - vertices[a]
-    square = np.einsum("nd,nd->n", rise, rise)
-    into = np.einsum("tkd,tkd->tk", rise[a], step), np.einsum("tkd,tkd->tk", rise[b], step)
-    crossed = (dot <= 0) & ((into[0] >= 0) | (into[1] <= 0))
-    crossed &= (square[a] > 0) & (square[b] > 0)
-    against = dot / np.maximum(np.sqrt(square[a] * square[b]), 1e-30)
-    whole = np.flatnonzero(crossed.all(axis=1))
-    crossed[whole, against[whole].argmax(axis=1)] = False
-    line = crossed.sum(axis=1) == 2
-    owner, crossed = owner[line], crossed[line]
-    return triangle_edges[owner][crossed].reshape(-1, 2)
+    tri = triangles[owner]
+    x, y, z = (rise[:, d][tri] for d in range(3))
+    after = [1, 2, 0]
+    against = x * x[:, after] + y * y[:, after] + z * z[:, after]
+    maybe = np.flatnonzero((against <= 0).sum(axis=1) >= 2)
+    owner, tri, against = owner[maybe], tri[maybe], against[maybe]
+    here = rise[tri]
+    length = np.sqrt(here[..., 0] ** 2 + here[..., 1] ** 2 + here[..., 2] ** 2)
+    crossed = against <= 0
+    whole = np.flatnonzero(crossed.all(axis=1) & (length > 0).all(axis=1))
+    certain = against[whole] / (length[whole] * length[whole][:, after])
+    crossed[whole, certain.argmax(axis=1)] = False
+    p = vertices[tri]
+    opposite = [p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]]
+    normal = _cross(opposite[2], -opposite[1])
+    way = here[np.arange(len(here)), length.argmax(axis=1)]
+    falls = np.zeros(len(here))
+    for k, side in enumerate(opposite):
+        hat = np.einsum("td,td->t", _cross(normal, side), way)
+        falls += hat * np.einsum("td,td->t", here[:, k], way)
+    line = (length > 0).all(axis=1) & (falls < 0)
+    return triangle_edges[owner[line]][crossed[line]].reshape(-1, 2)
 
 
 def number(pairs, edges):

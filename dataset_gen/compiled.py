@@ -180,14 +180,15 @@ def sign_changes(triangles, triangle_edges, chosen, value):
 
 
 def turns(triangles, triangle_edges, chosen, rise, vertices):
-    """Like `sign_changes`, for vectors `rise` (n, 3): edges on which they meet head on.
+    """Like `sign_changes`, for vectors `rise` (n, 3): edges on which they turn against each other.
 
-    A field that is largest along a line rises toward it from both sides, so that the vectors at
-    both ends of an edge that crosses the line point against each other and into the edge.
+    A field that is largest along a line rises toward it from both sides: across a triangle's part
+    of the line the vectors turn round, and they point to the line, not away from it.
     """
     pairs = np.empty((len(triangles), 2), dtype=np.int32)
     crossed = np.zeros(3, dtype=np.bool_)
     against = np.zeros(3)
+    length = np.zeros(3)
     count = 0
     for t in range(len(triangles)):
         if not chosen[t]:
@@ -195,25 +196,51 @@ def turns(triangles, triangle_edges, chosen, rise, vertices):
         crossings = 0
         for k in range(3):
             a, b = triangles[t, k], triangles[t, (k + 1) % 3]
-            dot, into_a, into_b, la, lb = 0.0, 0.0, 0.0, 0.0, 0.0
-            for d in range(3):
-                step = vertices[b, d] - vertices[a, d]
-                dot += rise[a, d] * rise[b, d]
-                into_a += rise[a, d] * step
-                into_b += rise[b, d] * step
-                la += rise[a, d] * rise[a, d]
-                lb += rise[b, d] * rise[b, d]
-            against[k] = dot / max(np.sqrt(la * lb), 1e-30)
-            crossed[k] = dot <= 0 and (into_a >= 0 or into_b <= 0) and la > 0 and lb > 0
+            against[k] = (
+                rise[a, 0] * rise[b, 0] + rise[a, 1] * rise[b, 1] + rise[a, 2] * rise[b, 2]
+            )
+            crossed[k] = against[k] <= 0
             crossings += crossed[k]
         if crossings < 2:
             continue
+        most = 0
+        for k in range(3):
+            a = triangles[t, k]
+            length[k] = np.sqrt(rise[a, 0] ** 2 + rise[a, 1] ** 2 + rise[a, 2] ** 2)
+            if length[k] > length[most]:
+                most = k
+        if length[0] == 0 or length[1] == 0 or length[2] == 0:
+            continue
         if crossings == 3:  # no line crosses three edges: the least certain one is none
+            for k in range(3):
+                against[k] /= length[k] * length[(k + 1) % 3]
             least = 0
             for k in range(1, 3):
                 if against[k] > against[least]:
                     least = k
             crossed[least] = False
+        a, b, c = triangles[t]
+        ux = vertices[b, 0] - vertices[a, 0]
+        uy = vertices[b, 1] - vertices[a, 1]
+        uz = vertices[b, 2] - vertices[a, 2]
+        vx = vertices[c, 0] - vertices[a, 0]
+        vy = vertices[c, 1] - vertices[a, 1]
+        vz = vertices[c, 2] - vertices[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        m = triangles[t, most]
+        rx, ry, rz = rise[m, 0], rise[m, 1], rise[m, 2]
+        falls = 0.0  # how the rise along its own direction changes along that direction
+        for k in range(3):
+            i, j, o = triangles[t, (k + 1) % 3], triangles[t, (k + 2) % 3], triangles[t, k]
+            ox = vertices[j, 0] - vertices[i, 0]
+            oy = vertices[j, 1] - vertices[i, 1]
+            oz = vertices[j, 2] - vertices[i, 2]
+            hat = (
+                (ny * oz - nz * oy) * rx + (nz * ox - nx * oz) * ry + (nx * oy - ny * ox) * rz
+            )
+            falls += hat * (rise[o, 0] * rx + rise[o, 1] * ry + rise[o, 2] * rz)
+        if falls >= 0:
+            continue
         side = 0
         for k in range(3):
             if crossed[k]:

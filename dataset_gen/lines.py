@@ -14,7 +14,7 @@ boundary     the rim of the surface: the neck's
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -90,7 +90,7 @@ def draw_strokes(
 
     sets = [
         replace(line, surface=line.surface and (topology.index[line.surface[0]], line.surface[1]))
-        for line in shape_lines(surface, kinds, detail)
+        for line in shape_lines(surface, kinds, {k: least[detail] for k, least in LEAST.items()})
     ]
     sets += painted_lines(rig, vertices, surface.normals, topology, layers)
     for layer, curve in curves.items():
@@ -143,8 +143,13 @@ class Surface:
         return self._principal
 
 
-def shape_lines(surface: Surface, kinds: Sequence[str], detail: int) -> Iterator[LineSet]:
-    """The lines of some KINDS at a level of detail, hidden or not; triangles are the topology's."""
+def shape_lines(
+    surface: Surface, kinds: Sequence[str], least: Mapping[str, float]
+) -> Iterator[LineSet]:
+    """The lines of some KINDS, hidden or not; triangles are those of the surface's topology.
+
+    least : kind -> what its lines must have to be drawn, see LEAST
+    """
     topology, vertices = surface.topology, surface.vertices
     if "contour" in kinds:
         found = zero_set(topology, surface.facing, surface.some_front)
@@ -155,7 +160,7 @@ def shape_lines(surface: Surface, kinds: Sequence[str], detail: int) -> Iterator
         head_on = surface.facing > np.cos(np.radians(LEAST_ANGLE))
         for kind, sign in (("suggestive", 1.0), ("highlight", -1.0)):
             if kind in kinds:
-                fade = _fade(sign * growth, LEAST[kind][detail])
+                fade = _fade(sign * growth, least[kind])
                 yield _lines(kind, surface, found, np.where(head_on, 0.0, fade))
     for kind, sign in (("ridge", 1.0), ("valley", -1.0)):
         if kind in kinds:
@@ -163,12 +168,12 @@ def shape_lines(surface: Surface, kinds: Sequence[str], detail: int) -> Iterator
             there = surface.front & (k1[topology.triangles] > 0).all(axis=1)
             up = rise(vertices, topology.triangles, k1, surface.principal.d1, surface.front)
             found = crest(topology, vertices, up, there)
-            yield _lines(kind, surface, found, _fade(k1, LEAST[kind][detail]))
+            yield _lines(kind, surface, found, _fade(k1, least[kind]))
     if "apparent" in kinds:
         seen, way = apparent_curvature(surface.principal, surface.view, surface.facing)
         up = rise(vertices, topology.triangles, seen, way, surface.front)
         found = crest(topology, vertices, up, surface.front)
-        yield _lines("apparent", surface, found, _fade(seen, LEAST["apparent"][detail]))
+        yield _lines("apparent", surface, found, _fade(seen, least["apparent"]))
     if "boundary" in kinds:
         pixels = surface.camera.project(vertices)
         yield _set("boundary", surface, rim(topology, pixels, LONGEST, surface.front))

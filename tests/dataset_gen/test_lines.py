@@ -1,120 +1,11 @@
-"""Line drawing, against curves that are known in closed form."""
+"""Line drawings of the face: what must be there, what must not."""
 
 import numpy as np
 import pytest
-import trimesh
 
 from dataset_gen import draw_strokes, ink
-from dataset_gen.curvature import radial_curvature
-from dataset_gen.lines import Stroke
-from dataset_gen.topology import Topology
-from dataset_gen.zero_sets import chains, zero_set
+from dataset_gen.lines import DETAILS, KINDS, LEAST, Stroke
 from facs_rig import Camera, FaceParameters, load_rig
-
-MAJOR, MINOR = 1.0, 0.35
-
-
-@pytest.fixture(scope="module")
-def torus():
-    """Vertices, exact normals and triangles of a fine torus, tilted toward the viewer."""
-    n, m = 240, 120
-    u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
-    ring = MAJOR + MINOR * np.cos(v)
-    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), MINOR * np.sin(v)], axis=-1)
-    normals = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1)
-    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
-    a, b = i * m + j, ((i + 1) % n) * m + j
-    c, d = ((i + 1) % n) * m + (j + 1) % m, i * m + (j + 1) % m
-    triangles = np.concatenate(
-        [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
-    )
-    turn = trimesh.transformations.rotation_matrix(1.0, [1, 0, 0])[:3, :3]
-    return vertices.reshape(-1, 3) @ turn.T, normals.reshape(-1, 3) @ turn.T, triangles, turn
-
-
-def analytic(points, view, turn):
-    """n·v, κr and D_w κr of the torus at points near it, by its principal curvatures.
-
-    κ1 = 1/r along the tube, κ2 = cos v / (R + r cos v) around it; κr is their mean weighted with
-    the squared share of w (Euler). D_w κr is a central difference of κr along w on the surface.
-    """
-
-    def frame(u, v):
-        n = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1)
-        tube = np.stack([-np.sin(v) * np.cos(u), -np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
-        around = np.stack([-np.sin(u), np.cos(u), np.zeros_like(u)], axis=-1)
-        return n, tube, around
-
-    local = points @ turn
-    toward = view @ turn
-    u = np.arctan2(local[:, 1], local[:, 0])
-    v = np.arctan2(local[:, 2], np.hypot(local[:, 0], local[:, 1]) - MAJOR)
-
-    def radial(u, v):
-        n, tube, around = frame(u, v)
-        a, b = tube @ toward, around @ toward
-        k2 = np.cos(v) / (MAJOR + MINOR * np.cos(v))
-        return (a**2 / MINOR + b**2 * k2) / np.maximum(a**2 + b**2, 1e-12), a, b, n
-
-    kr, a, b, n = radial(u, v)
-    length = np.hypot(a, b)
-    h = 1e-5
-    dv, du = a / length / MINOR, b / length / (MAJOR + MINOR * np.cos(v))
-    ahead, behind = radial(u + h * du, v + h * dv)[0], radial(u - h * du, v - h * dv)[0]
-    return n @ toward, kr, (ahead - behind) / (2 * h), length
-
-
-def test_radial_curvature_of_a_torus(torus):
-    vertices, normals, triangles, turn = torus
-    view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), vertices.shape)
-    kr, growth = radial_curvature(vertices, triangles, normals, view)
-    ndotv, exact, exact_growth, w = analytic(vertices, view[0], turn)
-    well = (np.abs(ndotv) < 0.9) & (w > 0.4)
-    assert well.sum() > 5000
-    assert np.median(np.abs(kr - exact)[well]) < 0.01 / MINOR
-    assert np.percentile(np.abs(kr - exact)[well], 99) < 0.08 / MINOR
-    scale = np.percentile(np.abs(exact_growth[well]), 90)
-    assert np.median(np.abs(growth - exact_growth)[well]) < 0.03 * scale
-
-
-def test_suggestive_contours_of_a_torus_lie_where_they_should(torus):
-    vertices, normals, triangles, turn = torus
-    view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), vertices.shape)
-    kr, growth = radial_curvature(vertices, triangles, normals, view)
-    found = zero_set(Topology.of(triangles), kr)
-    points, strength = found.of(vertices), found.of(growth)
-    ndotv, exact, exact_growth, w = analytic(points, view[0], turn)
-    chosen = (strength > 0.05 / MINOR**2) & (ndotv > 0.05) & (w > 0.3)
-    assert chosen.sum() > 100
-    slope = np.maximum(np.abs(exact_growth[chosen]), 1.0)
-    distance = np.abs(exact[chosen]) / slope  # first order: how far the true zero is
-    assert np.median(distance) < 0.01 * MINOR
-    assert (exact_growth[chosen] > 0).mean() > 0.98
-
-
-def test_the_contour_of_a_sphere_is_its_great_circle():
-    mesh = trimesh.creation.icosphere(subdivisions=4, radius=2.0)
-    vertices = np.asarray(mesh.vertices)
-    facing = vertices[:, 2] / 2.0 + 1e-9
-    found = zero_set(Topology.of(mesh.faces), facing)
-    points = found.of(vertices)
-    assert np.abs(points[:, 2]).max() < 1e-6
-    circle, starts = chains(found.segments)
-    assert len(starts) == 2  # one closed line
-    assert circle[0] == circle[-1]
-    length = np.linalg.norm(np.diff(points[circle], axis=0), axis=1).sum()
-    assert length == pytest.approx(4 * np.pi, rel=2e-3)
-
-
-def test_chains_use_each_segment_once():
-    segments = np.array([[0, 1], [2, 1], [2, 3], [5, 4], [6, 7], [7, 8], [8, 6]])
-    points, starts = chains(segments)
-    lines = [points[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
-    got = sorted(
-        tuple(sorted(pair)) for line in lines for pair in zip(line, line[1:], strict=False)
-    )
-    assert got == sorted(tuple(sorted(s)) for s in segments.tolist())
-    assert sorted(len(line) for line in lines) == [2, 4, 4]
 
 
 @pytest.fixture(scope="module")
@@ -274,6 +165,57 @@ def test_hair_has_an_outline_from_every_side(rig, style, yaw):
     seen = camera.project(shell)
     assert drawn.min(axis=0) == pytest.approx(seen.min(axis=0), abs=4)
     assert drawn.max(axis=0)[0] == pytest.approx(seen.max(axis=0)[0], abs=4)
+
+
+@pytest.mark.parametrize("kind", sorted(LEAST))
+def test_every_level_of_detail_draws_more_of_every_kind(rig, kind):
+    assert DETAILS == ("sparse", "medium", "rich")
+    posed = rig.pose(FaceParameters({"smile": 4, "frontalis": 3}, {"age": 0.8}))
+    lengths = [
+        sum(len(s.points) for s in draw_strokes(rig, posed, frame(rig), detail, (), (kind,)))
+        for detail in range(3)
+    ]
+    assert 0 < lengths[0] < lengths[1] < lengths[2]
+
+
+def test_only_the_kinds_that_are_asked_for(rig):
+    posed = rig.pose(FaceParameters({"smile": 4}))
+    assert kinds(draw_strokes(rig, posed, frame(rig), layers=(), kinds=KINDS)) == set(KINDS)
+    for kind in KINDS:
+        assert kinds(draw_strokes(rig, posed, frame(rig), layers=(), kinds=(kind,))) == {kind}
+    assert not draw_strokes(rig, posed, frame(rig), layers=(), kinds=())
+
+
+def test_valleys_are_folds_and_ridges_stand_out(rig):
+    """The folds of a raised brow are valleys; the bridge of the nose is no valley."""
+    camera = frame(rig)
+
+    def length(aus, kind):
+        strokes = draw_strokes(rig, rig.pose(FaceParameters(aus)), camera, 1, (), (kind,))
+        return sum(np.linalg.norm(np.diff(s.points, axis=0), axis=1).sum() for s in strokes)
+
+    assert length({"frontalis": 5}, "valley") > length({}, "valley") + 100
+
+
+@pytest.mark.parametrize("distance", [np.inf, 0.8])
+def test_strokes_know_the_surface_under_them(rig, distance):
+    posed = rig.pose(FaceParameters({"smile": 3}, head=(0.4, 0.1, 0)))
+    camera = Camera.framing(posed, 300, 300, 0.05, distance)
+    layers = ("brow", "iris", "pupil", "lip", "lip_line", "hairline", "hair_bob")
+    for stroke in draw_strokes(rig, posed, camera, 1, layers, KINDS):
+        if stroke.kind == "hair_bob":
+            assert stroke.surface is None
+            continue
+        triangle, weights = stroke.surface
+        assert weights.min() > -1e-5
+        assert weights.sum(axis=1) == pytest.approx(1, abs=1e-5)
+        places = np.einsum("kc,kcd->kd", weights, posed[rig.triangles[triangle]])
+        assert camera.project(places) == pytest.approx(stroke.points, abs=1e-2)
+
+
+def test_an_unknown_kind_is_named(rig):
+    with pytest.raises(ValueError, match="no kind of line 'valey'; did you mean 'valley'?"):
+        draw_strokes(rig, rig.neutral(), frame(rig), kinds=("valey",))
 
 
 def test_an_unknown_layer_is_named(rig):
