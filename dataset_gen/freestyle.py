@@ -8,12 +8,14 @@ Surface strokes (brows, irises, lips, hair) are drawn by dataset_gen.lines for b
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceRig, rasterise
+from facs_rig.anatomy import HAIR_PARTS
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import Buffers
 
@@ -64,17 +66,39 @@ def freestyle_strokes(
     face = face_topology(rig)
     curves = [rig.curves[layer] for layer in layers if layer in rig.curves]
     shells = [(c.points(vertices), c.triangles) for c in curves if len(c.triangles)]
-    triangles = face.solid.triangles
-    near = np.flatnonzero(_near_the_eye(vertices, triangles, camera))
-    found = view_map(vertices, triangles[near], camera, shells, "valley" in kinds)
+    triangles = _along_folds(rig)
+    triangles = triangles[_near_the_eye(vertices, triangles, camera)]
+    found = view_map(vertices, triangles, camera, shells, "valley" in kinds)
+    used = np.zeros(len(vertices), dtype=bool)
+    used[triangles] = True
+    near = np.flatnonzero(used[face.solid.triangles].all(axis=1))
     surface = Surface(vertices, face.solid, face.skin, camera)
-    scene = Scene.of(surface.vertices, triangles, camera, shells)
+    scene = Scene.of(surface.vertices, face.solid.triangles, camera, shells)
     strokes = []
     for lines, free in _line_sets(surface, face, near, found, kinds, detail):
         pixels, seen, nearly = _seen(lines, free, scene)
         cuts = cut(lines, pixels, seen, nearly)
         strokes += [s for s in cuts if lines.kind not in FADING or _length(s.points) > SHORTEST]
     return strokes + painted
+
+
+@lru_cache(maxsize=1)
+def _along_folds(rig: FaceRig) -> NDArray[np.int32]:
+    """Triangles (t, 3) of the face without hairs, its quads cut along their longer diagonals.
+
+    Freestyle takes the curvature of a vertex from the angles at its edges. The quads along a fold
+    are slanted, and only edges that run along it say how it bends: cut the other way, the lines of
+    a forehead come out in shreds.
+    """
+    first, sizes = rig.polygon_starts, np.diff([*rig.polygon_starts, len(rig.polygon_vertices)])
+    hair = np.isin(rig.vertex_part, [rig.part_names.index(part) for part in HAIR_PARTS])
+    solid = ~hair[rig.polygon_vertices[first]]
+    a, b, c, d = (rig.polygon_vertices[first[solid & (sizes == 4)] + k] for k in range(4))
+    rest = rig.neutral()
+    across = np.linalg.norm(rest[a] - rest[c], axis=1) < np.linalg.norm(rest[b] - rest[d], axis=1)
+    a, b, c, d = (np.where(across, x, y) for x, y in ((b, a), (c, b), (d, c), (a, d)))
+    small = rig.polygon_vertices[first[solid & (sizes == 3)][:, None] + np.arange(3)]
+    return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1), small])
 
 
 def _near_the_eye(vertices: NDArray, triangles: NDArray, camera: Camera) -> NDArray[np.bool_]:

@@ -30,6 +30,7 @@ BATCH = Path(generate_module.__file__).with_name("blender_batch.py")
 POSES = {
     "rest": FaceParameters(),
     "smile": FaceParameters({"smile": 5.0}),
+    "frontalis": FaceParameters({"frontalis": 5.0}),
     "three-quarter": FaceParameters({"frontalis": 4.0}, head=(0.6, 0.1, -0.1)),
     "old man": FaceParameters(
         {"brow_furrow": 4.0}, {"age": 1.0, "gender": 1.0, "wrinkles": 0.8}, head=(-0.3, 0.15, 0.0)
@@ -150,8 +151,8 @@ def test_both_engines_put_the_outlines_in_the_same_place(rig, pose, view):
     back = cKDTree(theirs).query(mine)[0]
     print(pose, view, there.mean(), back.mean(), np.percentile([*there, *back], 95))
     # the pixels of a 256 x 256 picture; places along the lines are a quarter of one apart
-    assert there.mean() < 0.3
-    assert back.mean() < 0.3
+    assert there.mean() < 0.2
+    assert back.mean() < 0.2
     assert np.percentile([*there, *back], 99) < 3
 
 
@@ -184,7 +185,9 @@ def test_the_surface_under_a_stroke_is_where_it_is_drawn(rig):
         np.testing.assert_allclose(weight.sum(axis=1), 1, atol=1e-9)
         place = np.einsum("kc,kcd->kd", weight, vertices[rig.triangles[triangle]])
         off = np.hypot(*(camera.project(place) - stroke.points).T)
-        assert off.max() < (0.05 if stroke.kind == "contour" else 0.7)
+        # quads that are cut the other way, and points that were averaged
+        assert np.median(off) < 0.1
+        assert off.max() < 0.7
 
 
 def test_more_detail_draws_more(rig):
@@ -197,14 +200,17 @@ def test_more_detail_draws_more(rig):
     assert length[0] < length[1] < length[2]
 
 
-def test_suggestive_contours_lie_near_those_of_the_other_engine(rig):
-    vertices = rig.pose(POSES["three-quarter"])
+@pytest.mark.slow
+@pytest.mark.parametrize("pose", POSES)
+def test_suggestive_contours_lie_near_those_of_the_other_engine(rig, pose):
+    vertices = rig.pose(POSES[pose])
     camera = CAMERAS["orthographic"](vertices)
     mine = dense(draw_strokes(rig, vertices, camera, 1, ()), "suggestive")
     theirs = dense(freestyle_strokes(rig, vertices, camera, 1, ()), "suggestive")
-    share = (cKDTree(mine).query(theirs)[0] < 3).mean(), (cKDTree(theirs).query(mine)[0] < 3).mean()
-    print(share)
-    assert min(share) > 0.6
+    # a pixel is more than a millimetre here; without the longer diagonals 0.80 of a forehead
+    share = (cKDTree(mine).query(theirs)[0] < 1).mean(), (cKDTree(theirs).query(mine)[0] < 1).mean()
+    print(pose, share)
+    assert min(share) > 0.85
 
 
 def test_hair_hides_the_outline_behind_it(rig):
