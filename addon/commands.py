@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import time
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -207,9 +210,9 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     parser.add_argument(
         "--engine",
-        choices=("contours",),
+        choices=("contours", "freestyle"),
         default="contours",
-        help="what draws the lines: occluding and suggestive contours",
+        help="what draws the lines: our own contours, or Blender's Freestyle (needs bpy)",
     )
     parser.add_argument(
         "--scheme",
@@ -221,11 +224,24 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume", action="store_true", help="go on with an interrupted run of the same seed"
     )
+    parser.add_argument(
+        "--strokes", action="store_true", help="keep the coordinates of every line in the JSON"
+    )
+    parser.add_argument(
+        "--preview",
+        metavar="N",
+        type=int,
+        default=0,
+        help="also draw the first N samples on one sheet, DIR/preview.png",
+    )
 
 
 def generate(options: argparse.Namespace) -> int:
     from dataset_gen.generate import generate
 
+    if options.preview < 0:
+        raise UsageError(f"--preview must be at least 0, got {options.preview}.")
+    started = time.perf_counter()
     with Bar("samples") as bar:
         shards = usage(
             generate,
@@ -236,10 +252,28 @@ def generate(options: argparse.Namespace) -> int:
             jobs=options.jobs,
             resume=options.resume,
             scheme=options.scheme,
+            strokes=options.strokes,
             progress=bar,
         )
-    print(f"{options.count} samples in {len(shards)} shards in {options.out}")
+    took = time.perf_counter() - started
+    print(f"{options.count} samples in {len(shards)} shards in {options.out}, {took:.0f} s")
+    if options.preview:
+        print(f"written        {_preview(Path(options.out), options.preview)}")
     return 0
+
+
+def _preview(folder: Path, count: int) -> Path:
+    """Draw the first samples of a data set on one sheet beside its shards."""
+    from PIL import Image
+
+    from addon.sheet import grid
+    from dataset_gen.generate import read_shards
+
+    pictures = [picture[:, :, None] for picture, _ in islice(read_shards(folder), count)]
+    sheet = grid(pictures, columns=math.ceil(math.sqrt(len(pictures))), gap=4)
+    with Outputs() as outputs:
+        Image.fromarray(sheet[:, :, 0]).save(outputs.beside(folder / "preview.png"), format="PNG")
+    return folder / "preview.png"
 
 
 def train_arguments(parser: argparse.ArgumentParser) -> None:

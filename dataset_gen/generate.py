@@ -1,107 +1,31 @@
 """Generate a data set: tar shards of line drawings with all parameters that made them.
 
 A data set is a folder of WebDataset shards, `shard-000000.tar` and on, of `KEY.json` and `KEY.png`
-(8-bit grey, black lines on white). The same seed gives the same bytes, whatever the number of
-workers, and also after an interrupted run that was resumed.
+(8-bit grey, black lines on white), and `manifest.json` with counts and checksums, written last.
+The same seed gives the same bytes, whatever the number of workers, and also after an interrupted
+run that was resumed.
 """
 
 from __future__ import annotations
 
-import io
-import json
-import math
-import os
-import tarfile
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
+from .samples import ENGINES, SIZE, Recipe, make_sample
+from .shards import MANIFEST, holds, read_shards, write_manifest, write_shard
 
-from facs_rig import CONTROL_NAMES, LANDMARKS, load_rig
-
-from .ink import ink, loosen
-from .lines import draw_strokes
-from .sampling import SCHEMES, sample_face, sample_rng
+__all__ = ["ENGINES", "SHARD", "SIZE", "generate", "make_sample", "read_shards"]
 
 SHARD = 250  # samples in each shard but the last
-SIZE = 256
-ENGINES = ("contours", "freestyle")
 RECYCLED = 4  # shards after which a worker is replaced: Blender does not give all memory back
 Progress = Callable[[int, int], None]
 
-
-def make_sample(
-    seed: int, index: int, size: int = SIZE, scheme: str = "sparse", engine: str = "contours"
-) -> tuple:
-    """Picture (size, size) uint8 and the dictionary of everything that made sample `index`."""
-    rig = load_rig()
-    rng = sample_rng(seed, index)
-    sample = sample_face(rig, rng, size, scheme)
-    vertices = rig.pose(sample.parameters)
-    draw, told = _engine(engine)
-    strokes = draw(rig, vertices, sample.camera, sample.detail, sample.style.layers)
-    picture = ink(loosen(strokes, sample.style, rng), size, size, sample.style)
-    places = sample.camera.project(vertices[rig.landmarks])
-    parameters = sample.parameters.to_json()
-    aus = {name: round(parameters["aus"].get(name, 0.0), 4) for name in CONTROL_NAMES}
-    camera = sample.camera
-    meta = {
-        **parameters,
-        "aus": aus,
-        "camera": {
-            "width": camera.width,
-            "height": camera.height,
-            "scale": list(camera.scale),
-            "centre": list(camera.centre),
-            "distance": None if math.isinf(camera.distance) else camera.distance,
-        },
-        "seed": seed,
-        "index": index,
-        **told,
-        "scheme": scheme,
-        "detail": sample.detail,
-        "style": sample.style.to_json(),
-        "landmarks": {
-            name: [round(float(u), 2), round(float(v), 2)]
-            for name, (u, v) in zip(LANDMARKS, places, strict=True)
-        },
-    }
-    return picture, meta
-
-
-def _engine(name: str) -> tuple[Callable, dict[str, str]]:
-    """The function that draws, and what a sample tells of it; ValueError if it cannot draw here."""
-    if name == "freestyle":
-        from .freestyle import freestyle_strokes, version
-
-        return freestyle_strokes, {"engine": name, "blender": version()}
-    return draw_strokes, {"engine": name}
-
-
-def write_shard(path: Path, seed: int, indices: range, scheme: str, engine: str) -> int:
-    """Write one shard whole (beside, then renamed); returns the number of its samples."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar:
-            for index in indices:
-                picture, meta = make_sample(seed, index, SIZE, scheme, engine)
-                buffer = io.BytesIO()
-                Image.fromarray(picture).save(buffer, format="PNG")
-                _add(tar, f"{index:08d}.json", json.dumps(meta).encode())
-                _add(tar, f"{index:08d}.png", buffer.getvalue())
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
-    return len(indices)
-
-
-def _add(tar: tarfile.TarFile, name: str, data: bytes) -> None:
-    info = tarfile.TarInfo(name)
-    info.size = len(data)
-    tar.addfile(info, io.BytesIO(data))
+_OURS = re.compile(rf"shard-\d{{6}}\.tar|{re.escape(MANIFEST)}|preview\.png")
+_TORN = re.compile(rf"\.(shard-\d{{6}}\.tar|{re.escape(MANIFEST)})\.\d+")  # a killed run's
 
 
 def generate(
@@ -112,81 +36,83 @@ def generate(
     jobs: int = 1,
     resume: bool = False,
     scheme: str = "sparse",
+    strokes: bool = False,
     progress: Progress | None = None,
 ) -> list[Path]:
     """Write a data set of `count` samples into the folder `out`; returns its shards.
 
-    With `resume`, whole shards of an earlier run with the same seed are kept. Raises ValueError
-    for impossible arguments, and for a folder that already holds shards when not resuming.
+    With `resume`, whole shards of an earlier run with the same seed are kept; with `strokes`, the
+    samples keep the coordinates of what was drawn. Raises ValueError for impossible arguments,
+    for a folder that holds shards already (when not resuming) or other files, and for a disk
+    that cannot be written.
     """
     if count < 1:
         raise ValueError(f"--count must be at least 1, got {count}")
     if jobs < 1:
         raise ValueError(f"--jobs must be at least 1, got {jobs}")
-    if engine not in ENGINES:
-        raise ValueError(f"there is no engine '{engine}'; choose from: {', '.join(ENGINES)}")
-    if scheme not in SCHEMES:
-        raise ValueError(f"there is no scheme '{scheme}'; choose from: {', '.join(SCHEMES)}")
-    _engine(engine)
+    recipe = Recipe(seed, scheme, engine, strokes)
+    recipe.check()
     out = Path(out)
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; --out needs a folder")
-    if not resume and any(out.glob("shard-*.tar")):
-        raise ValueError(f"{out} already holds shards; choose another folder or add --resume")
-    out.mkdir(parents=True, exist_ok=True)
-    plan = {
-        out / f"shard-{k:06d}.tar": range(k * SHARD, min((k + 1) * SHARD, count))
-        for k in range(-(-count // SHARD))
-    }
-    todo = {
-        path: indices
-        for path, indices in plan.items()
-        if not (path.exists() and _holds(path, seed, indices, scheme, engine))
-    }
-    done = count - sum(map(len, todo.values()))
-    for finished in _run(todo, seed, scheme, engine, jobs):
-        done += finished
-        if progress:
-            progress(done, count)
+    try:
+        _open_folder(out, resume)
+        plan = {
+            out / f"shard-{k:06d}.tar": range(k * SHARD, min((k + 1) * SHARD, count))
+            for k in range(-(-count // SHARD))
+        }
+        todo = {
+            path: indices
+            for path, indices in plan.items()
+            if not (path.exists() and holds(path, indices, recipe))
+        }
+        done = count - sum(map(len, todo.values()))
+        for finished in _run(todo, recipe, jobs):
+            done += finished
+            if progress:
+                progress(done, count)
+        write_manifest(out, plan, recipe)
+    except OSError as problem:
+        raise ValueError(
+            f"{out} cannot be written ({problem.strerror or problem}); what is whole stays: "
+            "make room or choose another disk, and run again with --resume"
+        ) from problem
+    except BrokenProcessPool:
+        raise ValueError(
+            "a worker was killed, perhaps for want of memory; run again with --resume and "
+            "fewer --jobs"
+        ) from None
     return list(plan)
 
 
-def _run(
-    todo: dict[Path, range], seed: int, scheme: str, engine: str, jobs: int
-) -> Iterator[int]:
+def _open_folder(out: Path, resume: bool) -> None:
+    """Make the folder, or see that it is ours; clear what a killed run left half-written."""
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; --out needs a folder")
+    out.mkdir(parents=True, exist_ok=True)
+    names = {path.name: path for path in out.iterdir()}
+    if not resume and any(name.startswith("shard-") for name in names):
+        raise ValueError(f"{out} already holds shards; choose another folder or add --resume")
+    foreign = sorted(n for n in names if not _OURS.fullmatch(n) and not _TORN.fullmatch(n))
+    if foreign:
+        raise ValueError(
+            f"{out} holds something else ('{foreign[0]}'); choose a new or an empty folder"
+        )
+    for name, path in names.items():
+        if _TORN.fullmatch(name):
+            path.unlink(missing_ok=True)
+
+
+def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
     if jobs == 1 or len(todo) < 2:
         for path, indices in todo.items():
-            yield write_shard(path, seed, indices, scheme, engine)
+            yield write_shard(path, indices, recipe)
         return
-    recycled = RECYCLED if engine == "freestyle" else None
+    recycled = RECYCLED if recipe.engine == "freestyle" else None
     context = get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context, max_tasks_per_child=recycled) as pool:
-        futures = [pool.submit(write_shard, p, seed, i, scheme, engine) for p, i in todo.items()]
-        for future in as_completed(futures):
-            yield future.result()
-
-
-def _holds(path: Path, seed: int, indices: range, scheme: str, engine: str) -> bool:
-    """Whether a shard holds just these samples; ValueError for another seed, scheme or engine."""
-    with tarfile.open(path) as tar:
-        names = tar.getnames()
-        first = json.loads(tar.extractfile(names[0]).read())  # type: ignore[union-attr]
-    if (first["seed"], first["scheme"], first["engine"]) != (seed, scheme, engine):
-        raise ValueError(
-            f"{path} was made with seed {first['seed']}, scheme {first['scheme']} and engine "
-            f"{first['engine']}; resume with the same ones or choose another folder"
-        )
-    return [int(n.split(".")[0]) for n in names[::2]] == list(indices)
-
-
-def read_shards(folder: Path | str) -> Iterator[tuple[np.ndarray, dict]]:
-    """All samples of a data set in order: picture (h, w) uint8 and its dictionary."""
-    for path in sorted(Path(folder).glob("shard-*.tar")):
-        with tarfile.open(path) as tar:
-            meta: dict = {}
-            for member in tar:
-                data = tar.extractfile(member).read()  # type: ignore[union-attr]
-                if member.name.endswith(".json"):
-                    meta = json.loads(data)
-                elif member.name.endswith(".png"):
-                    yield np.asarray(Image.open(io.BytesIO(data))), meta
+        futures = [pool.submit(write_shard, path, i, recipe) for path, i in todo.items()]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

@@ -510,11 +510,14 @@ def test_the_projection_takes_the_written_file_into_the_sketch(capsys, folder):
 
 
 def test_generate_writes_shards(capsys, folder):
-    assert cli.main(["generate", "--count", "3", "--out", "data", "--seed", "4"]) == 0
+    arguments = ["generate", "--count", "3", "--out", "data", "--seed", "4", "--preview", "2"]
+    assert cli.main(arguments) == 0
     said = capsys.readouterr()
     assert "3 samples" in said.out
     assert said.err == ""  # no progress bar in a pipe
-    assert contents(folder / "data") == {"shard-000000.tar"}
+    assert contents(folder / "data") == {"shard-000000.tar", "manifest.json", "preview.png"}
+    with Image.open(folder / "data" / "preview.png") as sheet:
+        assert sheet.size == (2 * 256 + 4, 256)
 
 
 def test_a_bar_is_drawn_on_a_terminal_only(capsys, monkeypatch):

@@ -1,0 +1,106 @@
+"""One sample of the data set: a picture and everything that made it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import CONTROL_NAMES, LANDMARKS, load_rig
+
+from .lines import draw_strokes
+from .marks import stroke_lists
+from .page import draw_page
+from .paper import through
+from .sampling import SCHEMES, sample_face, sample_rng
+
+SIZE = 256
+ENGINES = ("contours", "freestyle")
+STROKE_STEP = 3.0  # pixels between the stored points of a stroke
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What all samples of a data set have in common.
+
+    strokes : whether each sample keeps the lines that were drawn, as coordinates
+    """
+
+    seed: int = 0
+    scheme: str = "sparse"
+    engine: str = "contours"
+    strokes: bool = False
+
+    def check(self) -> None:
+        """ValueError for an unknown scheme or engine, or one that cannot draw here."""
+        if self.engine not in ENGINES:
+            raise ValueError(
+                f"there is no engine '{self.engine}'; choose from: {', '.join(ENGINES)}"
+            )
+        if self.scheme not in SCHEMES:
+            raise ValueError(
+                f"there is no scheme '{self.scheme}'; choose from: {', '.join(SCHEMES)}"
+            )
+        _engine(self.engine)
+
+
+def make_sample(
+    seed: int,
+    index: int,
+    size: int = SIZE,
+    scheme: str = "sparse",
+    engine: str = "contours",
+    strokes: bool = False,
+) -> tuple[NDArray[np.uint8], dict]:
+    """Picture (size, size) uint8 and the dictionary of everything that made sample `index`.
+
+    Landmarks are pixels of the picture. `camera` is that of the drawing; a photograph of it may
+    be taken at a slant, and `page` (3 x 3) takes the camera's pixels to the picture's.
+    """
+    rig = load_rig()
+    rng = sample_rng(seed, index)
+    sample = sample_face(rig, rng, size, scheme)
+    camera, style = sample.camera, sample.style
+    vertices = rig.pose(sample.parameters)
+    draw, told = _engine(engine)
+    lines = draw(rig, vertices, camera, sample.detail, style.layers)
+    page = draw_page(lines, rig, vertices, camera, style, rng)
+    places = through(page.matrix, camera.project(vertices[rig.landmarks]))
+    parameters = sample.parameters.to_json()
+    meta = {
+        **parameters,
+        "aus": {name: round(parameters["aus"].get(name, 0.0), 4) for name in CONTROL_NAMES},
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            "scale": list(camera.scale),
+            "centre": list(camera.centre),
+            "distance": None if math.isinf(camera.distance) else camera.distance,
+        },
+        "page": page.matrix.round(9).tolist(),
+        "seed": seed,
+        "index": index,
+        **told,
+        "scheme": scheme,
+        "detail": sample.detail,
+        "style": style.to_json(),
+        "landmarks": {
+            name: [round(float(u), 2), round(float(v), 2)]
+            for name, (u, v) in zip(LANDMARKS, places, strict=True)
+        },
+    }
+    if strokes:
+        meta["strokes"] = stroke_lists(page.strokes, step=STROKE_STEP)
+    return page.picture, meta
+
+
+def _engine(name: str) -> tuple[Callable, dict[str, str]]:
+    """The function that draws, and what a sample tells of it; ValueError if it cannot draw here."""
+    if name == "freestyle":
+        from .freestyle import freestyle_strokes, version
+
+        return freestyle_strokes, {"engine": name, "blender": version()}
+    return draw_strokes, {"engine": name}
