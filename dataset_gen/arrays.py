@@ -42,25 +42,48 @@ def radial_curvature(vertices, triangles, chosen, normals, view):
     return curvature, _sums(tri, rise, n) / weight
 
 
-def gradients(vertices, triangles, chosen, values):
-    n = len(vertices)
-    tri = triangles[chosen]
+def touching(triangles, chosen, hot):
+    return chosen & (hot[triangles[:, 0]] | hot[triangles[:, 1]] | hot[triangles[:, 2]])
+
+
+def _hats(vertices, tri):
+    """Gradients of the hat functions of the second and third corner, times area, and area."""
     p = vertices[tri]
-    opposite = [p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]]
-    normal = _cross(opposite[2], -opposite[1])
+    u, v = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    normal = _cross(u, v)
     area = np.sqrt(np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-24))
     normal /= area[:, None]
-    one = np.zeros((len(tri), 3, values.shape[1]))
-    for k, side in enumerate(opposite):
-        one += _cross(normal, side)[:, :, None] * values[tri[:, k]][:, None, :]
-    total = _sums(tri, one.reshape(len(tri), -1), n)
-    return (total / np.maximum(_sums(tri, area, n), 1e-24)[:, None]).reshape(n, 3, -1)
+    return _cross(v, normal), _cross(normal, u), area
 
 
-def principal(shape, normals, chosen):
-    n = len(normals)
+def rises(vertices, triangles, chosen, value, direction):
+    tri = triangles[chosen]
+    b, c, area = _hats(vertices, tri)
+    b *= (value[tri[:, 1]] - value[tri[:, 0]])[:, None]
+    c *= (value[tri[:, 2]] - value[tri[:, 0]])[:, None]
+    total = _sums(tri, b + c, len(vertices))
+    along = np.einsum("nd,nd->n", total, direction)
+    along /= np.maximum(_sums(tri, area, len(vertices)), 1e-24)
+    return along[:, None] * direction
+
+
+def shape_operators(vertices, triangles, chosen, normals):
+    tri = triangles[chosen]
+    b, c, area = _hats(vertices, tri)
+    p = normals[tri[:, 1]] - normals[tri[:, 0]]
+    q = normals[tri[:, 2]] - normals[tri[:, 0]]
+    both = [
+        (b[:, i] * p[:, j] + b[:, j] * p[:, i] + c[:, i] * q[:, j] + c[:, j] * q[:, i]) / 2
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+    ]
+    total = _sums(tri, np.stack(both, axis=1), len(vertices))
+    return total / np.maximum(_sums(tri, area, len(vertices)), 1e-24)[:, None]
+
+
+def principal(shape, normals):
+    n, chosen = len(normals), shape.any(axis=1)
     k1, k2, d1, d2 = np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
-    normal, s = normals[chosen], shape[chosen]
+    normal, s = normals[chosen], shape[chosen][:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     size = np.abs(normal)
     flat = (size[:, 0] <= size[:, 1]) & (size[:, 0] <= size[:, 2])
     axis = np.where(flat, 0, np.where(size[:, 1] <= size[:, 2], 1, 2))
@@ -70,7 +93,7 @@ def principal(shape, normals, chosen):
     se = np.einsum("nij,nj->ni", s, e)
     sf = np.einsum("nij,nj->ni", s, f)
     ee, ff = np.einsum("ni,ni->n", e, se), np.einsum("ni,ni->n", f, sf)
-    ef = (np.einsum("ni,ni->n", e, sf) + np.einsum("ni,ni->n", f, se)) / 2
+    ef = np.einsum("ni,ni->n", f, se)
     mean, half = (ee + ff) / 2, np.sqrt((ee - ff) ** 2 / 4 + ef**2)
     side = np.where(mean >= 0, 1.0, -1.0)
     k1[chosen], k2[chosen] = mean + side * half, mean - side * half
@@ -127,6 +150,17 @@ def number(pairs, edges):
     return used[order], place[index].reshape(-1, 2)
 
 
+def edge_weights(triangles, owner, start, end, share):
+    corner, share = triangles[owner], share[:, None]
+    first = np.where(corner == start[:, None], 1 - share, 0.0)
+    return np.where(corner == end[:, None], share, first)
+
+
+def mixed(triangles, owner, weights, values):
+    corner = triangles[owner]
+    return sum(weights[:, k, None] * values[corner[:, k]] for k in range(3))
+
+
 def topmost(pixels, z, triangles, points):
     depth = np.full(len(points), -np.inf)
     owner = np.full(len(points), -1, dtype=np.int32)
@@ -138,12 +172,12 @@ def topmost(pixels, z, triangles, points):
     low = np.minimum(np.minimum(a, b), c)
     high = np.maximum(np.maximum(a, b), c)
     left, right = points.min(axis=0), points.max(axis=0)
-    side = 128
-    size = np.maximum((right - left) / side, 1e-9)
+    side = 256
+    per = 1 / np.maximum((right - left) / side, 1e-9)
     seen = np.flatnonzero((area < 0) & (high >= left).all(axis=1) & (low <= right).all(axis=1))
-    first = np.minimum((np.maximum(low[seen] - left, 0.0) / size).astype(np.int64), side - 1)
-    last = np.minimum(((high[seen] - left) / size).astype(np.int64), side - 1)
-    col, row = np.minimum(((points - left) / size).astype(np.int64), side - 1).T
+    first = np.minimum((np.maximum(low[seen] - left, 0.0) * per).astype(np.int64), side - 1)
+    last = np.minimum(((high[seen] - left) * per).astype(np.int64), side - 1)
+    col, row = np.minimum(((points - left) * per).astype(np.int64), side - 1).T
     cell = row * side + col
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(side * side + 1))

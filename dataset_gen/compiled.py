@@ -74,6 +74,7 @@ def radial_curvature(vertices, triangles, chosen, normals, view):
         along = vx * ax + vy * ay + vz * az
         wx, wy, wz = vx - along * ax, vy - along * ay, vz - along * az
         length2 = max(wx * wx + wy * wy + wz * wz, 1e-6)
+        per_area, per_length = 1 / area2, 1 / np.sqrt(length2)
         # the slope along w of the hat function of each corner
         cx, cy, cz = wy * nz - wz * ny, wz * nx - wx * nz, wx * ny - wy * nx
         kr = 0.0
@@ -81,9 +82,9 @@ def radial_curvature(vertices, triangles, chosen, normals, view):
             i, j = (k + 1) % 3, (k + 2) % 3
             slope = (
                 (p[j, 0] - p[i, 0]) * cx + (p[j, 1] - p[i, 1]) * cy + (p[j, 2] - p[i, 2]) * cz
-            ) / area2
+            ) * per_area
             kr += slope * (m[k, 0] * wx + m[k, 1] * wy + m[k, 2] * wz)
-            slopes[here, k] = slope / np.sqrt(length2)
+            slopes[here, k] = slope * per_length
         kr /= length2
         area = np.sqrt(area2)
         areas[here] = area
@@ -112,13 +113,22 @@ def radial_curvature(vertices, triangles, chosen, normals, view):
     return curvature, growth
 
 
-def gradients(vertices, triangles, chosen, values):
-    """(n, 3, c) gradients of fields `values` (n, c), linear on each triangle, at the vertices."""
-    fields = values.shape[1]
-    out = np.zeros((len(vertices), 3, fields))
+def touching(triangles, chosen, hot):
+    """Which of the chosen (t,) triangles have a corner among the hot (n,) vertices."""
+    out = np.zeros(len(triangles), dtype=np.bool_)
+    for t in range(len(triangles)):
+        a, b, c = triangles[t]
+        out[t] = chosen[t] and (hot[a] or hot[b] or hot[c])
+    return out
+
+
+def rises(vertices, triangles, chosen, value, direction):
+    """(n, 3) derivatives of a field (n,) along directions (n, 3), times these directions.
+
+    Of its gradients, the mean over the `chosen` (t,) triangles around a vertex, weighted with area.
+    """
+    out = np.zeros((len(vertices), 3))
     weight = np.zeros(len(vertices))
-    hat = np.empty((3, 3))
-    one = np.empty((3, fields))
     for t in range(len(triangles)):
         if not chosen[t]:
             continue
@@ -126,35 +136,72 @@ def gradients(vertices, triangles, chosen, values):
         ux = vertices[b, 0] - vertices[a, 0]
         uy = vertices[b, 1] - vertices[a, 1]
         uz = vertices[b, 2] - vertices[a, 2]
-        sx = vertices[c, 0] - vertices[a, 0]
-        sy = vertices[c, 1] - vertices[a, 1]
-        sz = vertices[c, 2] - vertices[a, 2]
-        nx, ny, nz = uy * sz - uz * sy, uz * sx - ux * sz, ux * sy - uy * sx
-        area2 = max(nx * nx + ny * ny + nz * nz, 1e-24)
-        area = np.sqrt(area2)
-        for k in range(3):
-            i, j = triangles[t, (k + 1) % 3], triangles[t, (k + 2) % 3]
-            ox = vertices[j, 0] - vertices[i, 0]
-            oy = vertices[j, 1] - vertices[i, 1]
-            oz = vertices[j, 2] - vertices[i, 2]
-            hat[k, 0] = (ny * oz - nz * oy) / area
-            hat[k, 1] = (nz * ox - nx * oz) / area
-            hat[k, 2] = (nx * oy - ny * ox) / area
-        for d in range(3):
-            for f in range(fields):
-                one[d, f] = (
-                    values[a, f] * hat[0, d] + values[b, f] * hat[1, d] + values[c, f] * hat[2, d]
-                )
+        vx = vertices[c, 0] - vertices[a, 0]
+        vy = vertices[c, 1] - vertices[a, 1]
+        vz = vertices[c, 2] - vertices[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area = np.sqrt(max(nx * nx + ny * ny + nz * nz, 1e-24))
+        # the sum of value times opposite side, as value - value[a] has no part at a
+        fb, fc = (value[b] - value[a]) / area, (value[c] - value[a]) / area
+        ox, oy, oz = fc * ux - fb * vx, fc * uy - fb * vy, fc * uz - fb * vz
+        gx, gy, gz = ny * oz - nz * oy, nz * ox - nx * oz, nx * oy - ny * ox
         for k in range(3):
             v = triangles[t, k]
             weight[v] += area
-            for d in range(3):
-                for f in range(fields):
-                    out[v, d, f] += one[d, f]
+            out[v, 0] += gx
+            out[v, 1] += gy
+            out[v, 2] += gz
     for v in range(len(out)):
-        for d in range(3):
-            for f in range(fields):
-                out[v, d, f] /= max(weight[v], 1e-24)
+        if weight[v] > 0:
+            x, y, z = direction[v]
+            along = (out[v, 0] * x + out[v, 1] * y + out[v, 2] * z) / weight[v]
+            out[v, 0], out[v, 1], out[v, 2] = along * x, along * y, along * z
+    return out
+
+
+def shape_operators(vertices, triangles, chosen, normals):
+    """(n, 6) symmetric gradients xx, xy, xz, yy, yz, zz of normals (n, 3), means as in `rises`."""
+    out = np.zeros((len(vertices), 6))
+    weight = np.zeros(len(vertices))
+    for t in range(len(triangles)):
+        if not chosen[t]:
+            continue
+        a, b, c = triangles[t]
+        ux = vertices[b, 0] - vertices[a, 0]
+        uy = vertices[b, 1] - vertices[a, 1]
+        uz = vertices[b, 2] - vertices[a, 2]
+        vx = vertices[c, 0] - vertices[a, 0]
+        vy = vertices[c, 1] - vertices[a, 1]
+        vz = vertices[c, 2] - vertices[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area = np.sqrt(max(nx * nx + ny * ny + nz * nz, 1e-24))
+        nx, ny, nz = nx / area, ny / area, nz / area
+        # gradients of the hat functions of b and c, times area
+        bx, by, bz = nz * vy - ny * vz, nx * vz - nz * vx, ny * vx - nx * vy
+        cx, cy, cz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
+        px = normals[b, 0] - normals[a, 0]
+        py = normals[b, 1] - normals[a, 1]
+        pz = normals[b, 2] - normals[a, 2]
+        qx = normals[c, 0] - normals[a, 0]
+        qy = normals[c, 1] - normals[a, 1]
+        qz = normals[c, 2] - normals[a, 2]
+        xx, yy, zz = bx * px + cx * qx, by * py + cy * qy, bz * pz + cz * qz
+        xy = (bx * py + by * px + cx * qy + cy * qx) / 2
+        xz = (bx * pz + bz * px + cx * qz + cz * qx) / 2
+        yz = (by * pz + bz * py + cy * qz + cz * qy) / 2
+        for k in range(3):
+            v = triangles[t, k]
+            weight[v] += area
+            out[v, 0] += xx
+            out[v, 1] += xy
+            out[v, 2] += xz
+            out[v, 3] += yy
+            out[v, 4] += yz
+            out[v, 5] += zz
+    for v in range(len(out)):
+        if weight[v] > 0:
+            for d in range(6):
+                out[v, d] /= weight[v]
     return out
 
 
@@ -270,6 +317,33 @@ def number(pairs, edges):
     return used[:count], segments
 
 
+def edge_weights(triangles, owner, start, end, share):
+    """Barycentric weights (m, 3), in triangles `owner` (m,), of points on the edges start-end."""
+    out = np.zeros((len(owner), 3))
+    for i in range(len(owner)):
+        for k in range(3):
+            corner = triangles[owner[i], k]
+            if corner == start[i]:
+                out[i, k] = 1 - share[i]
+            elif corner == end[i]:
+                out[i, k] = share[i]
+    return out
+
+
+def mixed(triangles, owner, weights, values):
+    """Fields (n, c) of the vertices at points with barycentric weights (m, 3): (m, c)."""
+    out = np.empty((len(owner), values.shape[1]))
+    for i in range(len(owner)):
+        a, b, c = triangles[owner[i]]
+        for f in range(values.shape[1]):
+            out[i, f] = (
+                weights[i, 0] * values[a, f]
+                + weights[i, 1] * values[b, f]
+                + weights[i, 2] * values[c, f]
+            )
+    return out
+
+
 def topmost(pixels, z, triangles, points):
     """Depth (p,) and number (p,) of the nearest triangle that faces the viewer over each point.
 
@@ -287,14 +361,14 @@ def topmost(pixels, z, triangles, points):
     for i in range(p):
         left, right = min(left, points[i, 0]), max(right, points[i, 0])
         top, bottom = min(top, points[i, 1]), max(bottom, points[i, 1])
-    side = 128
-    cu = max((right - left) / side, 1e-9)
-    cv = max((bottom - top) / side, 1e-9)
+    side = 256
+    iu = 1 / max((right - left) / side, 1e-9)
+    iv = 1 / max((bottom - top) / side, 1e-9)
     cell = np.empty(p, dtype=np.int32)
     start = np.zeros(side * side + 1, dtype=np.int32)
     for i in range(p):
-        col = min(int((points[i, 0] - left) / cu), side - 1)
-        row = min(int((points[i, 1] - top) / cv), side - 1)
+        col = min(int((points[i, 0] - left) * iu), side - 1)
+        row = min(int((points[i, 1] - top) * iv), side - 1)
         cell[i] = row * side + col
         start[cell[i] + 1] += 1
     for i in range(side * side):
@@ -308,24 +382,24 @@ def topmost(pixels, z, triangles, points):
         a, b, c = triangles[t]
         au, av = pixels[a, 0], pixels[a, 1]
         bu, bv = pixels[b, 0], pixels[b, 1]
-        cu_, cv_ = pixels[c, 0], pixels[c, 1]
-        area = (bu - au) * (cv_ - av) - (bv - av) * (cu_ - au)
+        cu, cv = pixels[c, 0], pixels[c, 1]
+        area = (bu - au) * (cv - av) - (bv - av) * (cu - au)
         if area >= 0:  # v runs down: what faces the viewer has a negative area
             continue
-        low, high = min(au, bu, cu_), max(au, bu, cu_)
-        near, far = min(av, bv, cv_), max(av, bv, cv_)
+        low, high = min(au, bu, cu), max(au, bu, cu)
+        near, far = min(av, bv, cv), max(av, bv, cv)
         if high < left or low > right or far < top or near > bottom:
             continue
-        first = min(int(max(low - left, 0.0) / cu), side - 1)
-        last = min(int((high - left) / cu), side - 1)
+        first = min(int(max(low - left, 0.0) * iu), side - 1)
+        last = min(int((high - left) * iu), side - 1)
         for row in range(
-            min(int(max(near - top, 0.0) / cv), side - 1), min(int((far - top) / cv), side - 1) + 1
+            min(int(max(near - top, 0.0) * iv), side - 1), min(int((far - top) * iv), side - 1) + 1
         ):
             for s in range(start[row * side + first], start[row * side + last + 1]):
                 i = order[s]
                 u, v = points[i]
-                wa = ((cu_ - bu) * (v - bv) - (cv_ - bv) * (u - bu)) / area
-                wb = ((au - cu_) * (v - cv_) - (av - cv_) * (u - cu_)) / area
+                wa = ((cu - bu) * (v - bv) - (cv - bv) * (u - bu)) / area
+                wb = ((au - cu) * (v - cv) - (av - cv) * (u - cu)) / area
                 if wa < -1e-9 or wb < -1e-9 or wa + wb > 1 + 1e-9:
                     continue
                 here = wa * z[a] + wb * z[b] + (1 - wa - wb) * z[c]
@@ -335,17 +409,17 @@ def topmost(pixels, z, triangles, points):
     return depth, owner
 
 
-def principal(shape, normals, chosen):
+def principal(shape, normals):
     """Principal curvatures k1, k2 (n,), |k1| >= |k2|, and directions d1, d2 (n, 3) of vertices.
 
-    shape : (n, 3, 3) gradients of the normals;  chosen : (n,) which vertices, 0 at the others
+    shape : (n, 6) of `shape_operators`; where it is 0 everything is
     """
     n = len(normals)
     k1, k2 = np.zeros(n), np.zeros(n)
     d1, d2 = np.zeros((n, 3)), np.zeros((n, 3))
     e, f = np.empty(3), np.empty(3)
     for v in range(n):
-        if not chosen[v]:
+        if not shape[v].any():
             continue
         x, y, z = normals[v]
         if abs(x) <= abs(y) and abs(x) <= abs(z):
@@ -358,12 +432,16 @@ def principal(shape, normals, chosen):
         for d in range(3):
             e[d] /= length
         f[0], f[1], f[2] = y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]
-        ee, ef, ff = 0.0, 0.0, 0.0
-        for i in range(3):
-            for j in range(3):
-                ee += e[i] * shape[v, i, j] * e[j]
-                ef += (e[i] * f[j] + f[i] * e[j]) / 2 * shape[v, i, j]
-                ff += f[i] * shape[v, i, j] * f[j]
+        xx, xy, xz, yy, yz, zz = shape[v]
+        sx = xx * e[0] + xy * e[1] + xz * e[2]
+        sy = xy * e[0] + yy * e[1] + yz * e[2]
+        sz = xz * e[0] + yz * e[1] + zz * e[2]
+        ee = sx * e[0] + sy * e[1] + sz * e[2]
+        ef = sx * f[0] + sy * f[1] + sz * f[2]
+        sx = xx * f[0] + xy * f[1] + xz * f[2]
+        sy = xy * f[0] + yy * f[1] + yz * f[2]
+        sz = xz * f[0] + yz * f[1] + zz * f[2]
+        ff = sx * f[0] + sy * f[1] + sz * f[2]
         mean = (ee + ff) / 2
         half = np.sqrt((ee - ff) * (ee - ff) / 4 + ef * ef)
         side = 1.0 if mean >= 0 else -1.0

@@ -67,10 +67,8 @@ def principal_curvatures(
     """Principal curvatures of vertices (n, 3) with normals (n, 3); see `radial_curvature`."""
     triangles, chosen = _all(triangles, chosen)
     vertices, normals = ready(vertices), ready(normals)
-    used = np.zeros(len(vertices), dtype=bool)
-    used[triangles[chosen]] = True
-    shape = kernels().gradients(vertices, triangles, chosen, normals)
-    return Principal(*kernels().principal(shape, normals, used))
+    shape = kernels().shape_operators(vertices, triangles, chosen, normals)
+    return Principal(*kernels().principal(shape, normals))
 
 
 def rise(
@@ -85,9 +83,7 @@ def rise(
     It points to where the field rises, whichever of its two signs the direction has.
     """
     triangles, chosen = _all(triangles, chosen)
-    slope = kernels().gradients(ready(vertices), triangles, chosen, ready(value[:, None]))
-    along = np.einsum("nd,nd->n", slope[:, :, 0], direction)
-    return along[:, None] * direction
+    return kernels().rises(ready(vertices), triangles, chosen, ready(value), ready(direction))
 
 
 def apparent_curvature(

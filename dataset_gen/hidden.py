@@ -58,21 +58,24 @@ def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[St
         return []
     camera = scene.camera
     points = np.concatenate([line.points for line in sets])
-    normals = np.concatenate([line.normals for line in sets])
-    above = points + LIFT * normals
-    depth, owner = scene.topmost(above)
+    above = points + LIFT * np.concatenate([line.normals for line in sets])
     pixels = camera.project(points)
-    inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
-    behind = depth - above[:, 2]
-    seen, nearly = inside & (behind <= BIAS), inside & (behind <= DIP)
-    on_eye = np.append(eyes, np.zeros(len(scene.triangles) - len(eyes) + 1, dtype=bool))[owner]
+    u, v = pixels.T
+    inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    asked = inside & np.concatenate([line.shown & (line.strength > 0) for line in sets])
+    asked = np.flatnonzero(asked)
+    depth, owner = scene.topmost(above[asked])
+    behind = np.full(len(points), np.inf)
+    behind[asked] = depth - above[asked, 2]
+    on_eye = np.zeros(len(points), dtype=bool)
+    on_eye[asked] = np.append(eyes, np.zeros(len(scene.triangles) - len(eyes) + 1, bool))[owner]
     out = []
     start = 0
     for line in sets:
         part = slice(start, start + len(line.points))
         start = part.stop
-        shown = line.shown
+        seen, nearly = behind[part] <= BIAS, behind[part] <= DIP
         if line.kind in ("iris", "pupil"):  # the lids are thinner than the bias
-            shown = shown & on_eye[part]
-        out += cut(line, pixels[part], seen[part] & shown, nearly[part] & shown)
+            seen, nearly = seen & on_eye[part], nearly & on_eye[part]
+        out += cut(line, pixels[part], seen, nearly)
     return out

@@ -117,12 +117,15 @@ class Surface:
         self.normals = normals
         self.view = ready(camera.view_vectors(self.vertices))
         self.facing = np.einsum("ij,ij->i", self.normals, self.view)
-        front = self.facing > 0
-        a, b, c = front[triangles[:, 0]], front[triangles[:, 1]], front[triangles[:, 2]]
-        self.some_front = a | b | c
-        self.front = a & b & c & chosen
+        whole = np.ones(len(triangles), dtype=bool)
+        self.some_front = kernels().touching(triangles, whole, self.facing > 0)
+        self.front = chosen & ~kernels().touching(triangles, whole, ~(self.facing > 0))
         self._radial: tuple[NDArray, NDArray] | None = None
         self._principal: Principal | None = None
+
+    def where(self, hot: NDArray) -> NDArray[np.bool_]:
+        """The triangles (t,) in front of which a corner is among the vertices `hot` (n,)."""
+        return kernels().touching(self.topology.triangles, self.front, hot)
 
     @property
     def radial(self) -> tuple[NDArray, NDArray]:
@@ -156,27 +159,42 @@ def shape_lines(
         yield _lines("contour", surface, found)
     if "suggestive" in kinds or "highlight" in kinds:
         curvature, growth = surface.radial
-        found = zero_set(topology, curvature, surface.front)
         head_on = surface.facing > np.cos(np.radians(LEAST_ANGLE))
         for kind, sign in (("suggestive", 1.0), ("highlight", -1.0)):
             if kind in kinds:
-                fade = _fade(sign * growth, least[kind])
-                yield _lines(kind, surface, found, np.where(head_on, 0.0, fade))
+                strength = np.where(head_on, 0.0, _fade(sign * growth, least[kind]))
+                found = zero_set(topology, curvature, surface.where(strength > 0))
+                yield _lines(kind, surface, found, strength)
     for kind, sign in (("ridge", 1.0), ("valley", -1.0)):
         if kind in kinds:
-            k1 = sign * surface.principal.k1
-            there = surface.front & (k1[topology.triangles] > 0).all(axis=1)
-            up = rise(vertices, topology.triangles, k1, surface.principal.d1, surface.front)
-            found = crest(topology, vertices, up, there)
-            yield _lines(kind, surface, found, _fade(k1, least[kind]))
+            value = sign * surface.principal.k1
+            yield _crest(kind, surface, value, surface.principal.d1, least[kind], value > 0)
     if "apparent" in kinds:
         seen, way = apparent_curvature(surface.principal, surface.view, surface.facing)
-        up = rise(vertices, topology.triangles, seen, way, surface.front)
-        found = crest(topology, vertices, up, surface.front)
-        yield _lines("apparent", surface, found, _fade(seen, least["apparent"]))
+        yield _crest("apparent", surface, seen, way, least["apparent"])
     if "boundary" in kinds:
         pixels = surface.camera.project(vertices)
         yield _set("boundary", surface, rim(topology, pixels, LONGEST, surface.front))
+
+
+def _crest(
+    kind: str,
+    surface: Surface,
+    value: NDArray,
+    way: NDArray,
+    least: float,
+    among: NDArray | None = None,
+) -> LineSet:
+    """Where a curvature (n,) is largest along directions (n, 3), at vertices `among` (n,) alone."""
+    topology, vertices = surface.topology, surface.vertices
+    there = surface.where(value > least)
+    if among is not None:
+        there &= ~surface.where(~among)
+    used = np.zeros(len(vertices), dtype=bool)
+    used[topology.triangles[there]] = True
+    # the rise is a mean over all triangles around each vertex that matters
+    up = rise(vertices, topology.triangles, value, way, surface.where(used))
+    return _lines(kind, surface, crest(topology, vertices, up, there), _fade(value, least))
 
 
 def _fade(value: NDArray, least: float) -> NDArray:

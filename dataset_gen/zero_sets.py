@@ -48,12 +48,9 @@ class Polylines:
 
     def of(self, value: NDArray, triangles: NDArray) -> NDArray:
         """A field (n,) or (n, c) of the vertices at the points."""
-        corners = triangles[self.triangle]
-        weights = self.weights if value.ndim == 1 else self.weights[:, :, None]
-        out = weights[:, 0] * value[corners[:, 0]]
-        for k in (1, 2):
-            out += weights[:, k] * value[corners[:, k]]
-        return out
+        values = ready(value.reshape(len(value), -1))
+        out = kernels().mixed(triangles, self.triangle, self.weights, values)
+        return out.reshape(-1, *value.shape[1:])
 
 
 def zero_set(topology: Topology, value: NDArray, chosen: NDArray | None = None) -> Crossings:
@@ -88,8 +85,8 @@ def crest(
     )  # fmt: skip
     edge, segments = kernels().number(pairs, len(topology.edges))
     start, end = topology.edges[edge].T
-    size = np.sqrt(np.einsum("nd,nd->n", rise, rise))
-    return Crossings(edge, start, end, size[start] / (size[start] + size[end]), segments)
+    one, other = (np.sqrt(np.einsum("nd,nd->n", rise[p], rise[p])) for p in (start, end))
+    return Crossings(edge, start, end, one / (one + other), segments)
 
 
 def _chosen(topology: Topology, chosen: NDArray | None) -> NDArray[np.bool_]:
@@ -127,12 +124,11 @@ def traced(
     """
     line, starts = chains(found.segments[kept])
     triangle = topology.between(found.edge[line], found.edge[line[_partners(starts)]])
-    share, start, end = found.share[line, None], found.start[line], found.end[line]
+    share, start, end = found.share[line], found.start[line], found.end[line]
 
-    def weights(places: NDArray, triangle: NDArray) -> NDArray:
-        corner = topology.triangles[triangle]
-        w = np.where(corner == start[places, None], 1 - share[places], 0.0)
-        return w + np.where(corner == end[places, None], share[places], 0.0)
+    def weights(places: NDArray, owner: NDArray) -> NDArray:
+        at = start[places], end[places], share[places]
+        return kernels().edge_weights(topology.triangles, owner, *at)
 
     return _finer(starts, triangle, weights, pixels[line], longest)
 
