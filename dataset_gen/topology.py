@@ -104,17 +104,17 @@ def _under(
 
     None if a point is not on a triangle.
     """
-    owner = np.empty(len(index), dtype=np.int32)
-    out = np.zeros((len(index), 3))
-    starts = np.cumsum(np.bincount(triangles.ravel(), minlength=int(triangles.max()) + 1))
-    around = np.argsort(triangles.ravel(), kind="stable") // 3
-    for k, (corners, shares) in enumerate(zip(index, weight, strict=True)):
-        near = around[starts[corners[0] - 1] if corners[0] else 0 : starts[corners[0]]]
-        needed = corners[shares != 0] if (shares != 0).any() else corners
-        fits = [t for t in near if np.isin(needed, triangles[t]).all()]
-        if not fits:
-            return None
-        owner[k] = fits[0]
-        for corner, share in zip(corners, shares, strict=True):
-            out[k, triangles[fits[0]] == corner] += share
-    return owner, out
+    flat = triangles.ravel()
+    around = np.argsort(flat, kind="stable") // 3  # the triangles of one vertex after another
+    uses = np.bincount(flat)
+    at = index[np.arange(len(index)), np.abs(weight).argmax(axis=1)]
+    row = np.repeat(np.arange(len(index)), uses[at])
+    place = np.arange(len(row)) - np.repeat(np.cumsum(uses[at]) - uses[at], uses[at])
+    near = around[(np.cumsum(uses) - uses)[at][row] + place]
+    has = triangles[near][:, :, None] == index[row][:, None, :]  # (pairs, corners, vertices)
+    fits = np.flatnonzero((has.any(axis=1) | (weight[row] == 0)).all(axis=1))
+    found, first = np.unique(row[fits], return_index=True)
+    if len(found) < len(index):
+        return None
+    chosen = fits[first]
+    return near[chosen].astype(np.int32), (has[chosen] * weight[:, None, :]).sum(axis=2)
