@@ -38,7 +38,8 @@ def main(arguments: list[str] | None = None) -> int:
             workers_are_blenders()
         shards = generate(
             options.count, options.out, seed=options.seed, engine=options.engine,
-            jobs=options.jobs, resume=options.resume, scheme=options.scheme, progress=Line(),
+            jobs=options.jobs, resume=options.resume, scheme=options.scheme,
+            strokes=options.strokes, progress=Line(),
         )  # fmt: skip
     except (ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -73,6 +74,7 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--scheme", default="sparse", help="how faces are sampled (default sparse)")
     out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     out.add_argument("--resume", action="store_true", help="go on with an interrupted run")
+    out.add_argument("--strokes", action="store_true", help="keep the coordinates of the lines")
     return out
 
 
