@@ -8,7 +8,10 @@ run that was resumed.
 
 from __future__ import annotations
 
+import os
 import re
+import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -108,7 +111,13 @@ def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
         return
     recycled = RECYCLED if recipe.engine == "freestyle" else None
     context = get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, max_tasks_per_child=recycled) as pool:
+    with ProcessPoolExecutor(
+        jobs,
+        mp_context=context,
+        initializer=_end_with,
+        initargs=(os.getpid(),),
+        max_tasks_per_child=recycled,
+    ) as pool:
         futures = [pool.submit(write_shard, path, i, recipe) for path, i in todo.items()]
         try:
             for future in as_completed(futures):
@@ -116,3 +125,14 @@ def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _end_with(parent: int) -> None:
+    """Let a worker end when the process that started it was killed, whatever it is doing."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -4,6 +4,7 @@ import errno
 import hashlib
 import io
 import json
+import os
 import subprocess
 import sys
 import tarfile
@@ -130,6 +131,27 @@ def test_a_killed_run_is_resumed_to_the_same_bytes(tmp_path, small_shards):
     torn = generate(8, tmp_path / "torn", seed=3, resume=True)
     assert [p.read_bytes() for p in torn] == [p.read_bytes() for p in whole]
     assert not list((tmp_path / "torn").glob(".*"))
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path):
+    program = (
+        "from dataset_gen import generate as g; g.SHARD = 40\n"
+        f"if __name__ == '__main__': g.generate(200, {str(tmp_path / 'd')!r}, seed=3, jobs=2)"
+    )
+    script = tmp_path / "run.py"
+    script.write_text(program)
+    environment = os.environ | {"PYTHONPATH": str(Path(module.__file__).parents[1])}
+    run = subprocess.Popen([sys.executable, str(script)], env=environment)
+    while not list(tmp_path.glob("d/.shard-*")):
+        assert run.poll() is None
+        time.sleep(0.05)
+    run.kill()
+    run.wait()
+    time.sleep(2.0)  # the workers look every half second
+    sizes = [path.stat().st_size for path in sorted(tmp_path.glob("d/.shard-*"))]
+    time.sleep(2.0)
+    assert sizes == [path.stat().st_size for path in sorted(tmp_path.glob("d/.shard-*"))]
+    assert not list(tmp_path.glob("d/shard-*"))
 
 
 def test_somebody_elses_folder_is_left_alone(tmp_path):
