@@ -16,6 +16,7 @@ from .strokes import LineSet, Stroke, cut
 # A line on the face is looked for that far above it, in metres, and may still lie that much
 # behind what is in front of it: its triangles are flat where the face is round.
 LIFT, BIAS = 0.0003, 0.0015
+LOOSE_BIAS = 0.0025  # the same of lines off the face: locks lie in the hair
 # A line that dips that far between two parts that are seen goes on: where lips press together.
 DIP = 0.003
 
@@ -74,7 +75,8 @@ def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[St
     for line in sets:
         part = slice(start, start + len(line.points))
         start = part.stop
-        seen, nearly = behind[part] <= BIAS, behind[part] <= DIP
+        bias = BIAS if line.normals.any() else LOOSE_BIAS
+        seen, nearly = behind[part] <= bias, behind[part] <= DIP
         if line.kind in ("iris", "pupil"):  # the lids are thinner than the bias
             seen, nearly = seen & on_eye[part], nearly & on_eye[part]
         out += cut(line, pixels[part], seen, nearly)

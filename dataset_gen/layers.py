@@ -14,6 +14,7 @@ from .strokes import LineSet
 from .topology import FaceTopology, Topology
 from .zero_sets import chains, zero_set
 
+HAIR_LIFT = 10.0  # times the lift of other lines: smoothed outlines lie in or out of coarse hair
 HAIR_GAP = 2.8  # pixels between hairs that are drawn
 MOST_OF_A_HAIR = 5  # points that a hair of lashes and brows has at most
 
@@ -100,7 +101,7 @@ def _outline(layer: str, shell: Topology, points: NDArray, camera: Camera) -> Li
     line, starts = chains(found.segments)
     return LineSet(
         layer, found.of(points)[line], starts, np.ones(len(line)), np.ones(len(starts) - 1),
-        np.zeros((len(line), 3)), np.ones(len(line), dtype=bool),
+        HAIR_LIFT * found.of(normals)[line], np.ones(len(line), dtype=bool),
     )  # fmt: skip
 
 

@@ -35,7 +35,8 @@ class LineSet:
 
     points : (m, 3) metres, of one line after another        starts : (lines + 1,) into them
     strength : (m,), drawn where above 0        width : (lines,)
-    normals : (m, 3) the way out of the face, 0 for lines off the face
+    normals : (m, 3) the way out of the surface under the line, 0 for lines off the face; longer
+    than 1 where the line has to be looked for higher above it
     shown : (m,) bool, whether a point can be seen at all, by what is known of the surface there
     """
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from dataset_gen import draw_strokes, ink
 from dataset_gen.lines import DETAILS, KINDS, LEAST, Stroke
@@ -165,6 +166,9 @@ def test_hair_has_an_outline_from_every_side(rig, style, yaw):
     seen = camera.project(shell)
     assert drawn.min(axis=0) == pytest.approx(seen.min(axis=0), abs=4)
     assert drawn.max(axis=0)[0] == pytest.approx(seen.max(axis=0)[0], abs=4)
+    hull = seen[ConvexHull(seen).vertices]
+    away = np.linalg.norm(hull[:, None] - drawn, axis=2).min(axis=1)
+    assert (away < 5).mean() > (0.7 if style == "bun" else 0.85)  # the rest is behind the head
 
 
 @pytest.mark.parametrize("kind", sorted(LEAST))
