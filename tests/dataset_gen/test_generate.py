@@ -133,25 +133,43 @@ def test_a_killed_run_is_resumed_to_the_same_bytes(tmp_path, small_shards):
     assert not list((tmp_path / "torn").glob(".*"))
 
 
+def workers_of(parent: int) -> list[int]:
+    """Process numbers of the pool's workers that a process has started."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            stat = (folder / "stat").read_text().rsplit(")", 1)[1].split()
+            command = (folder / "cmdline").read_bytes()
+        except OSError:  # ended meanwhile
+            continue
+        if int(stat[1]) == parent and stat[0] != "Z" and b"spawn_main" in command:
+            found.append(int(folder.name))
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads processes from /proc")
 def test_workers_end_when_their_parent_is_killed(tmp_path):
-    program = (
-        "from dataset_gen import generate as g; g.SHARD = 40\n"
-        f"if __name__ == '__main__': g.generate(200, {str(tmp_path / 'd')!r}, seed=3, jobs=2)"
-    )
     script = tmp_path / "run.py"
-    script.write_text(program)
+    script.write_text(
+        "from dataset_gen import generate as g; g.SHARD = 400\n"
+        f"if __name__ == '__main__': g.generate(800, {str(tmp_path / 'd')!r}, seed=3, jobs=2)"
+    )
     environment = os.environ | {"PYTHONPATH": str(Path(module.__file__).parents[1])}
     run = subprocess.Popen([sys.executable, str(script)], env=environment)
-    while not list(tmp_path.glob("d/.shard-*")):
+    while len(list(tmp_path.glob("d/.shard-*"))) < 2:
         assert run.poll() is None
         time.sleep(0.05)
+    workers = workers_of(run.pid)
+    assert len(workers) == 2
     run.kill()
     run.wait()
-    time.sleep(2.0)  # the workers look every half second
-    sizes = [path.stat().st_size for path in sorted(tmp_path.glob("d/.shard-*"))]
-    time.sleep(2.0)
-    assert sizes == [path.stat().st_size for path in sorted(tmp_path.glob("d/.shard-*"))]
-    assert not list(tmp_path.glob("d/shard-*"))
+    patience = time.monotonic() + 10  # they look every half second
+    while any(Path(f"/proc/{pid}").exists() for pid in workers) and time.monotonic() < patience:
+        time.sleep(0.1)
+    left = [pid for pid in workers if Path(f"/proc/{pid}").exists()]
+    for pid in left:
+        os.kill(pid, 9)
+    assert not left
 
 
 def test_somebody_elses_folder_is_left_alone(tmp_path):
