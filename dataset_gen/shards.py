@@ -20,6 +20,7 @@ from .samples import SIZE, Recipe, make_sample
 
 MANIFEST = "manifest.json"
 FORMAT = 1
+PACKAGES = ("sketch-to-face", "numpy", "pillow", "numba")  # whose version may show in the bytes
 
 
 def write_shard(path: Path, indices: range, recipe: Recipe) -> int:
@@ -92,7 +93,7 @@ def write_manifest(folder: Path, shards: dict[Path, range], recipe: Recipe) -> P
             {"name": path.name, "samples": len(indices), "sha256": _digest(path)}
             for path, indices in shards.items()
         ],
-        "versions": {name: _version(name) for name in ("sketch-to-face", "numpy", "pillow")},
+        "versions": {name: _version(name) for name in PACKAGES},
     }
     path = folder / MANIFEST
     with Whole(path) as beside:
