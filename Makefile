@@ -62,7 +62,8 @@ addon: $(VENV)/.tests
 	$(BIN)/python -m addon.packaging
 
 bench: $(VENV)/.tests
-	$(BIN)/python -m pytest tests/benchmarks -s -q -o python_files='bench_*.py test_*.py'
+	@for bench in tests/benchmarks/bench_*.py; do \
+	  echo "== $$bench"; OMP_NUM_THREADS=1 $(BIN)/python -m $$(basename $$bench .py | sed 's/^/tests.benchmarks./') || exit 1; done
 
 sketches: $(VENV)/.lint
 	$(BIN)/python -m addon.sketches.render
