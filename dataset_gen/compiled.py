@@ -419,7 +419,10 @@ def principal(shape, normals):
     d1, d2 = np.zeros((n, 3)), np.zeros((n, 3))
     e, f = np.empty(3), np.empty(3)
     for v in range(n):
-        if not shape[v].any():
+        some = 0.0
+        for d in range(6):
+            some += abs(shape[v, d])
+        if some == 0.0:
             continue
         x, y, z = normals[v]
         if abs(x) <= abs(y) and abs(x) <= abs(z):

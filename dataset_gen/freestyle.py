@@ -77,7 +77,7 @@ def freestyle_strokes(
     strokes = []
     for lines, free in _line_sets(surface, face, near, found, kinds, detail):
         pixels, seen, nearly = _seen(lines, free, scene)
-        cuts = cut(lines, pixels, seen, nearly)
+        cuts = cut([lines], pixels, seen, nearly)
         strokes += [s for s in cuts if lines.kind not in FADING or _length(s.points) > SHORTEST]
     return strokes + painted
 

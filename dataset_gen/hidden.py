@@ -70,14 +70,14 @@ def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[St
     behind[asked] = depth - above[asked, 2]
     on_eye = np.zeros(len(points), dtype=bool)
     on_eye[asked] = np.append(eyes, np.zeros(len(scene.triangles) - len(eyes) + 1, bool))[owner]
-    out = []
+    seen, nearly = np.zeros((2, len(points)), dtype=bool)
     start = 0
     for line in sets:
         part = slice(start, start + len(line.points))
         start = part.stop
         bias = BIAS if line.normals.any() else LOOSE_BIAS
-        seen, nearly = behind[part] <= bias, behind[part] <= DIP
+        seen[part], nearly[part] = behind[part] <= bias, behind[part] <= DIP
         if line.kind in ("iris", "pupil"):  # the lids are thinner than the bias
-            seen, nearly = seen & on_eye[part], nearly & on_eye[part]
-        out += cut(line, pixels[part], seen, nearly)
-    return out
+            seen[part] &= on_eye[part]
+            nearly[part] &= on_eye[part]
+    return cut(sets, pixels, seen, nearly)

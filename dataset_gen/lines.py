@@ -38,7 +38,7 @@ from .strokes import LineSet, Stroke
 from .topology import Topology, face_topology
 from .zero_sets import Crossings, Polylines, crest, rim, traced, zero_set
 
-__all__ = ["DETAILS", "KINDS", "Stroke", "draw_strokes"]
+__all__ = ["DETAILS", "KINDS", "WAYS", "Stroke", "draw_strokes"]
 
 KINDS = ("contour", "suggestive", "highlight", "ridge", "valley", "apparent", "boundary")
 DETAILS = ("sparse", "medium", "rich")
@@ -47,9 +47,21 @@ DETAILS = ("sparse", "medium", "rich")
 LEAST = {
     "suggestive": (14_000.0, 7_000.0, 3_000.0),
     "highlight": (28_000.0, 14_000.0, 7_000.0),
-    "ridge": (200.0, 130.0, 80.0),
+    "ridge": (500.0, 400.0, 300.0),  # of folds, few: else a wrinkled forehead is one blot
     "valley": (200.0, 130.0, 80.0),
     "apparent": (500.0, 300.0, 180.0),
+}
+# Ways to draw what lies within the outline: the kinds of lines at each level of detail. The first
+# is the thesis' way, where richer drawings take in more; people mostly draw one line in a crease.
+WAYS = {
+    "levels": (
+        ("contour", "suggestive"),
+        ("contour", "suggestive", "valley"),
+        ("contour", "suggestive", "valley", "ridge"),
+    ),
+    "suggestive": (("contour", "suggestive"),) * 3,
+    "creases": (("contour", "valley"),) * 3,
+    "apparent": (("contour", "apparent"),) * 3,
 }
 LONGEST = 1.0  # pixels between points of a line: so exactly ends what is hidden
 # Degrees from the view direction below which w is too short to be trusted: DeCarlo's θc.
@@ -136,6 +148,20 @@ class Surface:
             )
         return self._radial
 
+    def bulging(self, lines: Polylines) -> NDArray[np.bool_]:
+        """Whether κr > 0 at the points (m,) of lines; worked out around them unless known."""
+        triangles = self.topology.triangles
+        if self._radial is None:
+            hot = np.zeros(len(self.vertices), dtype=bool)
+            hot[triangles[lines.triangle]] = True
+            around = kernels().touching(triangles, self.some_front, hot)
+            curvature, _ = radial_curvature(
+                self.vertices, triangles, self.normals, self.view, around
+            )
+        else:
+            curvature = self._radial[0]
+        return lines.of(curvature, triangles) > 0
+
     @property
     def principal(self) -> Principal:
         """Principal curvatures of the vertices of triangles in front."""
@@ -154,11 +180,13 @@ def shape_lines(
     least : kind -> what its lines must have to be drawn, see LEAST
     """
     topology, vertices = surface.topology, surface.vertices
+    by_radial = "suggestive" in kinds or "highlight" in kinds
+    if by_radial:
+        curvature, growth = surface.radial
     if "contour" in kinds:
         found = zero_set(topology, surface.facing, surface.some_front)
         yield _lines("contour", surface, found)
-    if "suggestive" in kinds or "highlight" in kinds:
-        curvature, growth = surface.radial
+    if by_radial:
         head_on = surface.facing > np.cos(np.radians(LEAST_ANGLE))
         for kind, sign in (("suggestive", 1.0), ("highlight", -1.0)):
             if kind in kinds:
@@ -226,6 +254,6 @@ def _set(
         np.ones(len(lines.starts) - 1),
         lines.of(surface.normals, triangles),
         # where κr is negative, a surface covers its own contour
-        lines.of(surface.radial[0], triangles) > 0 if kind == "contour" else np.ones(count, bool),
+        surface.bulging(lines) if kind == "contour" else np.ones(count, bool),
         (lines.triangle, lines.weights),
     )

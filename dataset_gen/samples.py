@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, load_rig
 
-from .lines import draw_strokes
+from .lines import KINDS, draw_strokes
 from .marks import stroke_lists
 from .page import draw_page
 from .paper import through
@@ -27,12 +27,14 @@ class Recipe:
     """What all samples of a data set have in common.
 
     strokes : whether each sample keeps the lines that were drawn, as coordinates
+    meshes : whether each sample holds the posed mesh, KEY.ply
     """
 
     seed: int = 0
     scheme: str = "sparse"
     engine: str = "contours"
     strokes: bool = False
+    meshes: bool = False
 
     def check(self) -> None:
         """ValueError for an unknown scheme or engine, or one that cannot draw here."""
@@ -62,11 +64,11 @@ def make_sample(
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
-    sample = sample_face(rig, rng, size, scheme)
+    draw, drawable, told = _engine(engine)
+    sample = sample_face(rig, rng, size, scheme, drawable)
     camera, style = sample.camera, sample.style
     vertices = rig.pose(sample.parameters)
-    draw, told = _engine(engine)
-    lines = draw(rig, vertices, camera, sample.detail, style.layers)
+    lines = draw(rig, vertices, camera, sample.detail, style.layers, sample.kinds)
     page = draw_page(lines, rig, vertices, camera, style, rng)
     places = through(page.matrix, camera.project(vertices[rig.landmarks]))
     parameters = sample.parameters.to_json()
@@ -86,6 +88,7 @@ def make_sample(
         **told,
         "scheme": scheme,
         "detail": sample.detail,
+        "kinds": list(sample.kinds),
         "style": style.to_json(),
         "landmarks": {
             name: [round(float(u), 2), round(float(v), 2)]
@@ -97,10 +100,14 @@ def make_sample(
     return page.picture, meta
 
 
-def _engine(name: str) -> tuple[Callable, dict[str, str]]:
-    """The function that draws, and what a sample tells of it; ValueError if it cannot draw here."""
-    if name == "freestyle":
-        from .freestyle import freestyle_strokes, version
+def _engine(name: str) -> tuple[Callable, tuple[str, ...], dict[str, str]]:
+    """What draws, the kinds of lines it knows, and what a sample tells of it.
 
-        return freestyle_strokes, {"engine": name, "blender": version()}
-    return draw_strokes, {"engine": name}
+    ValueError if it cannot draw here.
+    """
+    if name == "freestyle":
+        from . import freestyle
+
+        told = {"engine": name, "blender": freestyle.version()}
+        return freestyle.freestyle_strokes, freestyle.KINDS, told
+    return draw_strokes, KINDS, {"engine": name}

@@ -6,6 +6,7 @@ so that sample k is the same whatever ran before it.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +21,11 @@ from facs_rig import (
     FaceRig,
 )  # fmt: skip
 
-from .ink import Style, sample_style
+from .lines import DETAILS, KINDS, WAYS
+from .style import Style, sample_style
 
 SCHEMES = ("sparse", "thesis")
+WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS
 MOST_ACTIONS = 7
 # The twelve that classifiers are trained for first come up this much more often than the others.
 DETECTED_ODDS = 3.0
@@ -30,11 +33,12 @@ DETECTED_ODDS = 3.0
 
 @dataclass(frozen=True)
 class Sample:
-    """One face to draw: parameters, camera, level of detail and style."""
+    """One face to draw: parameters, camera, level of detail, kinds of lines and style."""
 
     parameters: FaceParameters
     camera: Camera
     detail: int
+    kinds: tuple[str, ...]
     style: Style
 
 
@@ -44,9 +48,16 @@ def sample_rng(seed: int, index: int) -> np.random.Generator:
 
 
 def sample_face(
-    rig: FaceRig, rng: np.random.Generator, size: int, scheme: str = "sparse"
+    rig: FaceRig,
+    rng: np.random.Generator,
+    size: int,
+    scheme: str = "sparse",
+    drawable: Collection[str] = KINDS,
 ) -> Sample:
-    """A random face, its camera (size x size pixels) and its style."""
+    """A random face, its camera (size x size pixels) and its style.
+
+    drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
+    """
     aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
     yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
     head = np.radians([yaw, rng.normal(0, 7), rng.normal(0, 5)])
@@ -55,12 +66,16 @@ def sample_face(
     looking = (float(gaze[0]), float(gaze[1]))
     parameters = FaceParameters(aus, sample_identity(rng), _floats(head), _floats(neck), looking)
     distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
-    upright = rig.neutral(parameters.identity)
-    framing = Camera.framing(rig.turn(upright, parameters), size, size,
-                             float(rng.uniform(0.02, 0.12)), distance)  # fmt: skip
+    margin = float(rng.uniform(0.02, 0.12))
+    framing = Camera.framing(rig.extent(parameters), size, size, margin, distance)
     shift = rng.uniform(-0.02, 0.02, 2) * size
     camera = framing.cropped(shift[0], shift[1], shift[0] + size, shift[1] + size, size, size)
-    return Sample(parameters, camera, int(rng.integers(3)), sample_style(rng))
+    detail = int(rng.integers(len(DETAILS)))
+    ways = [way for way in WAYS if {*sum(WAYS[way], ())} <= {*drawable}]
+    odds = np.array([WAY_ODDS[way] for way in ways])
+    way = "levels" if scheme == "thesis" else str(rng.choice(ways, p=odds / odds.sum()))
+    kinds = tuple(kind for kind in WAYS[way][detail] if kind in drawable)
+    return Sample(parameters, camera, detail, kinds, sample_style(rng))
 
 
 def _sparse_actions(rng: np.random.Generator) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,26 +51,31 @@ class LineSet:
     surface: tuple[NDArray, NDArray] | None = None
 
 
-def cut(lines: LineSet, pixels: NDArray, seen: NDArray, nearly: NDArray) -> list[Stroke]:
+def cut(sets: Sequence[LineSet], pixels: NDArray, seen: NDArray, nearly: NDArray) -> list[Stroke]:
     """The parts of lines that are seen (m,) and have strength, as strokes.
 
-    pixels : (m, 2);  nearly : (m,) bool, what is seen or almost. Gaps shorter than CLOSED are no
-    gaps, nor are those that are nearly seen all along; what is left and shorter than SHORTEST is
-    no stroke: no line is dotted.
+    pixels : (m, 2), of the points of one set after another
+    nearly : (m,) bool, what is seen or almost
+
+    Gaps shorter than CLOSED are no gaps, nor are those that are nearly seen all along; what is
+    left and shorter than SHORTEST is no stroke: no line is dotted.
     """
     if len(pixels) < 2:
         return []
-    order, starts = _from_a_gap(lines, pixels, seen, nearly)
-    strength = lines.strength
+    offset = np.cumsum([0, *(len(lines.points) for lines in sets)])
+    owner = np.repeat(np.arange(len(sets)), [len(lines.starts) - 1 for lines in sets])
+    width = np.concatenate([lines.width for lines in sets])
+    strength = np.concatenate([lines.strength for lines in sets])
+    begins = [lines.starts[:-1] + k for lines, k in zip(sets, offset[:-1], strict=True)]
+    starts = np.concatenate([*begins, offset[-1:]]).astype(np.int64)
+    order = _from_a_gap(starts, strength > 0, pixels, seen, nearly)
     if order is not None:
         pixels, strength = pixels[order], strength[order]
         seen, nearly = seen[order], nearly[order]
     step = np.zeros(len(pixels))
     step[1:] = np.sqrt(np.einsum("ij,ij->i", *(np.diff(pixels, axis=0),) * 2))
     way = np.cumsum(step)
-    line = np.zeros(len(pixels), dtype=np.int64)
-    line[starts[1:-1]] = 1
-    line = np.cumsum(line)
+    line = np.repeat(np.arange(len(owner)), np.diff(starts))
 
     first, last = _runs(~seen, line)
     inner = (first > starts[line[first]]) & (last < starts[line[first] + 1] - 1)
@@ -77,30 +83,33 @@ def cut(lines: LineSet, pixels: NDArray, seen: NDArray, nearly: NDArray) -> list
     deep = np.cumsum(~nearly)
     short = (way[last + 1] - way[first - 1] < CLOSED) | (deep[last] == deep[first - 1])
     seen = seen.copy()
-    for a, b in zip(first[short], last[short], strict=True):
+    for a, b in zip(first[short].tolist(), last[short].tolist(), strict=True):
         seen[a : b + 1] = True
     first, last = _runs(seen & (strength > 0), line)
     long = (last > first) & (way[last] - way[first] > SHORTEST)
     out = []
-    for a, b in zip(first[long], last[long], strict=True):
-        part = slice(a, b + 1) if order is None else order[a : b + 1]
+    for a, b in zip(first[long].tolist(), last[long].tolist(), strict=True):
+        lines, start = sets[owner[line[a]]], offset[owner[line[a]]]
+        part = slice(a - start, b + 1 - start) if order is None else order[a : b + 1] - start
         surface = None
         if lines.surface is not None:
             surface = lines.surface[0][part], lines.surface[1][part]
-        width = float(lines.width[line[a]])
-        out.append(Stroke(pixels[a : b + 1], strength[a : b + 1], lines.kind, width, surface))
+        out.append(
+            Stroke(
+                pixels[a : b + 1], strength[a : b + 1], lines.kind, float(width[line[a]]), surface
+            )
+        )
     return out
 
 
 def _from_a_gap(
-    lines: LineSet, pixels: NDArray, seen: NDArray, nearly: NDArray
-) -> tuple[NDArray | None, NDArray]:
+    starts: NDArray, strong: NDArray, pixels: NDArray, seen: NDArray, nearly: NDArray
+) -> NDArray | None:
     """An order of the points in which closed lines start where they are well hidden.
 
-    None where no line has to be turned; and the starts of the lines.
+    None where no line has to be turned.
     """
-    starts = lines.starts
-    drawn = seen & (lines.strength > 0)
+    drawn = seen & strong
     a, b = starts[:-1], starts[1:] - 1
     closed = (b - a > 2) & (np.abs(pixels[a] - pixels[b]) < SAME).all(axis=1)
     closed[closed] = nearly[a[closed]]
@@ -111,7 +120,7 @@ def _from_a_gap(
                 turned = np.roll(np.arange(a[k], b[k]), -gap[0])
                 order[a[k] : b[k] + 1] = np.append(turned, turned[0])
                 break
-    return (order if closed.any() else None), starts
+    return order if closed.any() else None
 
 
 def _runs(flag: NDArray, line: NDArray) -> tuple[NDArray, NDArray]:

@@ -76,7 +76,8 @@ class Camera:
         if np.isinf(self.distance):
             return np.broadcast_to(np.array([0, 0, 1], dtype=points.dtype), points.shape)
         toward = np.array([0, 0, self.distance], dtype=points.dtype) - points
-        return toward / np.linalg.norm(toward, axis=-1, keepdims=True)
+        toward /= np.sqrt(np.einsum("...i,...i->...", toward, toward))[..., None]
+        return toward
 
     def cropped(
         self, left: float, top: float, right: float, bottom: float, width: int, height: int

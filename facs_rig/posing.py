@@ -13,15 +13,19 @@ from numpy.typing import NDArray
 ROWS = 512  # of the refinement matrix at a time: what they give stays in the processor's cache
 
 
-def with_creases(matrix: sp.csr_matrix, at: NDArray) -> list[sp.csr_matrix]:
-    """The refinement (n, m) in blocks of ROWS rows, with a column more for each creased vertex.
+def with_creases(matrix: sp.csr_matrix, at: NDArray) -> sp.csr_matrix:
+    """The refinement (n, m) with a column more for each creased vertex.
 
     at : (u,) vertices that creases move; their displacements stand behind the cage's vertices
     """
     n, u = matrix.shape[0], len(at)
     creases = sp.csr_matrix((np.ones(u, dtype=np.float32), (at, np.arange(u))), shape=(n, u))
-    whole = sp.hstack([matrix, creases]).tocsr()
-    return [whole[k : k + ROWS] for k in range(0, n, ROWS)]
+    return sp.hstack([matrix, creases]).tocsr()
+
+
+def row_blocks(matrix: sp.csr_matrix) -> list[sp.csr_matrix]:
+    """The matrix in blocks of ROWS rows, which are quicker for many faces and slower for one."""
+    return [matrix[k : k + ROWS] for k in range(0, matrix.shape[0], ROWS)]
 
 
 def refine_many(blocks: list[sp.csr_matrix], *cages: NDArray) -> NDArray[np.float32]:
@@ -54,3 +58,12 @@ def blended(
     """Like `turned`, each point following by its weight (k,) (linear blend skinning)."""
     share = weights[None, :, None]
     return points + share * (turned(points, rotations, pivots) - points)
+
+
+def spanning(shapes: NDArray, directions: int = 200) -> NDArray[np.intp]:
+    """Vertices that lie farthest out in any of many directions in any of the shapes (s, n, 3)."""
+    place = np.arange(directions) + 0.5  # a Fibonacci lattice on the sphere
+    z, turn = 1 - 2 * place / directions, np.pi * (1 + np.sqrt(5)) * place
+    flat = np.sqrt(1 - z * z)
+    toward = np.stack([flat * np.cos(turn), flat * np.sin(turn), z]).astype(shapes.dtype)
+    return np.unique(np.concatenate([(shape @ toward).argmax(axis=0) for shape in shapes]))

@@ -19,7 +19,7 @@ from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
 from .parameters import FaceParameters, intensities
-from .posing import blended, refine_many, turned, with_creases
+from .posing import blended, refine_many, row_blocks, spanning, turned, with_creases
 from .rotation import rotation
 from .subdivide import triangulate
 
@@ -77,7 +77,8 @@ class FaceRig:
         self._lid_rest = arrays["lid_rest"]
         self._arkit = (arrays, "arkit")
         self.weights: NDArray[np.float32] = arrays["weights"]
-        self._blocks = with_creases(self._matrix, self._crease_at)
+        self._fine = with_creases(self._matrix, self._crease_at)
+        self._blocks = row_blocks(self._fine)
         self._blended = np.flatnonzero((self.weights < 1).any(axis=1))
         x = (self._matrix @ self._base[: self._m])[:, 0]
         eyes = self.parts["eyes"]
@@ -230,6 +231,29 @@ class FaceRig:
         out[self._blended] = skin
         return out
 
+    @cached_property
+    def _span(self) -> tuple[sp.csr_matrix, NDArray[np.float32]]:
+        """Rows of the refinement, and weights, of vertices that span every person's head."""
+        used = np.unique(self._matrix.indices)  # some of the cage only holds the rest
+        moves = self._identity.reshape(len(self._identity), -1, 3)[:, used]
+        corners = used[spanning(self._base[used] + np.concatenate([[0 * moves[0]], moves]))]
+        at = np.unique(np.asarray(self._matrix[:, corners].argmax(axis=0)))  # on the skin itself
+        return self._matrix[at], self.weights[at]
+
+    def extent(self, parameters: FaceParameters) -> NDArray[np.float32]:
+        """(k, 3) points that span the head without its expression, turned: what a camera frames.
+
+        A few hundred vertices, chosen once: the whole head reaches 1 mm farther, 5 at most.
+        """
+        rows, weights = self._span
+        cage = self._cage(parameters.identity)
+        joints = dict(zip(JOINTS, cage[self._m :] - cage[self._m], strict=True))
+        out = rows @ cage[: self._m] - cage[self._m]
+        for k, (angles, joint) in enumerate(self._joints(parameters, joints)):
+            turning = rotation(angles).astype(np.float32).T
+            out += weights[:, k : k + 1] * ((out - joint) @ turning + joint - out)
+        return out
+
     def unturn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
         """Displacements (n, 3) of the turned face as displacements of the upright one."""
         is_shape(vectors, (self.n_vertices, 3), "vectors")
@@ -279,8 +303,9 @@ class FaceRig:
         joints = cages[:, self._m :] - cages[:, self._m : self._m + 1]
         cages = cages[:, : self._m] - cages[:, self._m : self._m + 1]
         creases = (values[:, split:] @ self._creases).reshape(len(batch), -1, 3)
+        fine = self._blocks if len(batch) > 1 else [self._fine]
         if not any(any((*p.head, *p.neck, *p.gaze)) for p in batch):
-            return refine_many(self._blocks, cages, creases)
+            return refine_many(fine, cages, creases)
 
         head, neck, gaze = (
             np.stack([rotation(angles) for angles in part]).astype(np.float32)
@@ -288,7 +313,7 @@ class FaceRig:
         )
         still = np.zeros_like(joints[:, 0])  # the head turns about the origin, then the neck
         both, shift = neck @ head, joints[:, 1:2] - turned(joints[:, 1:2], neck)
-        out = refine_many(self._blocks, turned(cages, both) + shift, turned(creases, both))
+        out = refine_many(fine, turned(cages, both) + shift, turned(creases, both))
         for eye, at in self._eyes.items():
             ball = refine_many([self._eye_rows[eye]], cages)
             ball = turned(ball, gaze, joints[:, JOINTS.index(eye)])

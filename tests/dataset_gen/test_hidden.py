@@ -1,6 +1,7 @@
 """What is hidden, against rays; and the compiled loops against the same functions in numpy."""
 
 import importlib.util
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,30 +115,66 @@ def test_short_gaps_are_drawn_over_and_crumbs_left_out():
     seen[20 : 20 + int(CLOSED / 0.5) - 2] = False  # short
     seen[40:50] = False  # long
     seen[52:] = False  # what is left of it is a crumb
-    (stroke,) = cut(line_of(pixels), pixels, seen, seen)
+    (stroke,) = cut([line_of(pixels)], pixels, seen, seen)
     assert stroke.points[[0, -1], 0].tolist() == [0.0, 19.5]
     nearly = seen.copy()
     nearly[40:50] = True
-    (stroke,) = cut(line_of(pixels), pixels, seen, nearly)
+    (stroke,) = cut([line_of(pixels)], pixels, seen, nearly)
     assert stroke.points[-1, 0] == 25.5
-    assert cut(line_of(pixels), pixels, np.zeros(60, bool), np.ones(60, bool)) == []
+    assert cut([line_of(pixels)], pixels, np.zeros(60, bool), np.ones(60, bool)) == []
 
 
 def test_lines_do_not_run_into_each_other():
     pixels = np.stack([np.arange(40) * 1.0, np.zeros(40)], axis=1)
     seen = np.ones(40, dtype=bool)
-    strokes = cut(line_of(pixels, [0, 15, 40]), pixels, seen, seen)
+    strokes = cut([line_of(pixels, [0, 15, 40])], pixels, seen, seen)
     assert [len(s.points) for s in strokes] == [15, 25]
+
+
+def test_sets_are_cut_together_as_each_by_itself():
+    """Also when a closed line of one of them is turned, and one has nothing in it."""
+    rng = np.random.default_rng(4)
+    angle = np.linspace(0, 2 * np.pi, 81)
+    ring = 20 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    zigzag = np.cumsum(rng.normal(0, 1, (50, 2)), axis=0)
+    nothing = np.zeros((0, 2))
+    places = (ring, nothing, zigzag, ring + 7)
+    sets = [
+        replace(
+            line_of(p, [0, 20, 50] if p is zigzag else [0, len(p)] if len(p) else [0]),
+            kind=f"{k}", strength=rng.random(len(p)) - 0.1,
+            surface=None if k == 2 else (np.arange(len(p)), rng.random((len(p), 3))),
+            width=rng.random(2 if p is zigzag else min(len(p), 1)),
+        )
+        for k, p in enumerate(places)
+    ]  # fmt: skip
+    seen = [rng.random(len(p)) > 0.1 for p in places]
+    nearly = [s | (rng.random(len(s)) > 0.5) for s in seen]
+    together = cut(sets, *map(np.concatenate, (places, seen, nearly)))
+    alone = [
+        s for lines, *rest in zip(sets, places, seen, nearly, strict=True)
+        for s in cut([lines], *rest)
+    ]  # fmt: skip
+    assert len(together) == len(alone) > 5
+    for one, two in zip(together, alone, strict=True):
+        assert (one.kind, one.width) == (two.kind, two.width)
+        np.testing.assert_array_equal(one.points, two.points)
+        np.testing.assert_array_equal(one.strength, two.strength)
+        if one.kind == "2":
+            assert one.surface is two.surface is None
+        else:
+            np.testing.assert_array_equal(one.surface[0], two.surface[0])
+            np.testing.assert_array_equal(one.surface[1], two.surface[1])
 
 
 def test_a_closed_line_starts_where_it_is_hidden():
     angle = np.linspace(0, 2 * np.pi, 81)
     pixels = 20 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     seen = np.ones(81, dtype=bool)
-    (whole,) = cut(line_of(pixels), pixels, seen, seen)
+    (whole,) = cut([line_of(pixels)], pixels, seen, seen)
     assert len(whole.points) == 81
     seen[30:40] = False
-    (part,) = cut(line_of(pixels), pixels, seen, seen)
+    (part,) = cut([line_of(pixels)], pixels, seen, seen)
     assert len(part.points) == 70
     assert np.linalg.norm(np.diff(part.points, axis=0), axis=1).max() < 1.6
 

@@ -1,11 +1,13 @@
 """Line drawings of the face: what must be there, what must not."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 from dataset_gen import draw_strokes, ink
-from dataset_gen.lines import DETAILS, KINDS, LEAST, Stroke
+from dataset_gen.lines import DETAILS, KINDS, LEAST, WAYS, Stroke
 from facs_rig import Camera, FaceParameters, load_rig
 
 
@@ -188,6 +190,28 @@ def test_only_the_kinds_that_are_asked_for(rig):
     for kind in KINDS:
         assert kinds(draw_strokes(rig, posed, frame(rig), layers=(), kinds=(kind,))) == {kind}
     assert not draw_strokes(rig, posed, frame(rig), layers=(), kinds=())
+
+
+def test_the_levels_of_the_thesis_take_in_more_kinds():
+    """A level has what the one before has and more; every way knows an outline and every level."""
+    for before, after in pairwise(WAYS["levels"]):
+        assert set(before) < set(after)
+    for ways in WAYS.values():
+        assert len(ways) == len(DETAILS)
+        for kinds in ways:
+            assert "contour" in kinds
+            assert set(kinds) <= set(KINDS)
+
+
+def test_a_contour_is_the_same_whatever_is_drawn_beside_it(rig):
+    posed = rig.pose(FaceParameters({"smile": 4}, head=(0.5, 0.1, 0)))
+    camera = Camera.framing(posed, 256, 256, 0.05, 1.0)
+    alone = draw_strokes(rig, posed, camera, layers=(), kinds=("contour",))
+    beside = draw_strokes(rig, posed, camera, layers=(), kinds=KINDS)
+    beside = [stroke for stroke in beside if stroke.kind == "contour"]
+    assert len(alone) == len(beside) > 5
+    for one, two in zip(alone, beside, strict=True):
+        np.testing.assert_array_equal(one.points, two.points)
 
 
 def test_valleys_are_folds_and_ridges_stand_out(rig):

@@ -5,10 +5,12 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from facs_rig import (
     CONTROL_NAMES,
     DETECTED,
+    IDENTITY,
     LANDMARKS,
     Camera,
     FaceParameters,
@@ -304,6 +306,22 @@ def test_bad_parameters_are_named(rig, parameters, sentence):
 def test_offsets_must_fit(rig):
     with pytest.raises(ValueError, match=r"offsets must have the shape"):
         rig.shape(FaceParameters(), np.zeros((3, 3)))
+
+
+def test_the_extent_holds_every_persons_head(rig):
+    rng = np.random.default_rng(3)
+    missing = []
+    for _ in range(20):
+        who = {p.name: rng.uniform(p.minimum, p.maximum) for p in IDENTITY if rng.random() < 0.5}
+        turn = tuple(rng.normal(0, 0.4, 3)), tuple(rng.normal(0, 0.1, 3))
+        face = FaceParameters({"jaw_drop": 5}, who, *turn)
+        head = rig.turn(rig.neutral(who), face)
+        points = rig.extent(face)
+        away = cKDTree(head).query(points)[0]
+        assert away.max() < 1e-6  # points of the head itself
+        missing += [head.max(axis=0) - points.max(axis=0), points.min(axis=0) - head.min(axis=0)]
+    assert np.max(missing) < 0.005
+    assert np.median(missing) < 0.001
 
 
 def test_identity_extremes_keep_the_face_whole(rig):
