@@ -1,6 +1,6 @@
 """The face: a parametric FACS head in plain numpy. Knows nothing of the other packages."""
 
-from .anatomy import LANDMARKS
+from .anatomy import LANDMARKS, LANDMARKS_68
 from .camera import Camera
 from .controls import (
     ARKIT_NAMES,
@@ -18,6 +18,6 @@ from .rig import FaceRig, landmark_points, load_rig
 
 __all__ = [
     "ARKIT_NAMES", "CONTROLS", "CONTROL_NAMES", "DETECTED", "FULL_INTENSITY", "IDENTITY",
-    "LANDMARKS", "MAX_INTENSITY", "Buffers", "Camera", "Control", "FaceParameters", "FaceRig",
-    "Feature", "landmark_points", "load_rig", "rasterise", "shade", "visible",
+    "LANDMARKS", "LANDMARKS_68", "MAX_INTENSITY", "Buffers", "Camera", "Control", "FaceParameters",
+    "FaceRig", "Feature", "landmark_points", "load_rig", "rasterise", "shade", "visible",
 ]  # fmt: skip

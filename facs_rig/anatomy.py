@@ -15,7 +15,7 @@ HAIR_PARTS = ("lashes", "brows")  # blades: coloured, but no surface to draw con
 # The neck is cut at y = a + b z of the source data (decimetres): higher at the back.
 NECK_CUT = (5.85, -0.2)
 
-_SIDED = {
+_SIDED: dict[str, tuple[str, tuple[float, ...]]] = {
     "eye_inner": ("skin", (1.62, -0.36)),
     "eye_outer": ("skin", (4.15, -0.10)),
     "eye_top": ("skin", (3.0, 0.30)),
@@ -29,8 +29,31 @@ _SIDED = {
     "jaw": ("skin", (5.2, -7.6)),
     "cheekbone": ("skin", (5.6, -2.2)),
     "temple": ("skin", (6.3, 2.0)),
+    # The rest of the 68 points that face alignment is used to, see LANDMARKS_68.
+    "jawline_1": ("skin", (6.88, -1.26, -5.56)),
+    "jawline_2": ("skin", (6.47, -3.0, -4.14)),
+    "jawline_3": ("skin", (6.08, -5.0, -3.66)),
+    "jawline_4": ("skin", (5.52, -6.92, -3.03)),
+    "jawline_5": ("skin", (4.98, -8.02, -2.55)),
+    "jawline_6": ("skin", (4.34, -8.89, -2.09)),
+    "jawline_7": ("skin", (3.53, -9.53, -0.96)),
+    "jawline_8": ("skin", (2.1, -10.25, 0.6)),
+    "brow_inner_half": ("skin", (2.29, 1.79, 2.39)),
+    "brow_outer_half": ("skin", (4.15, 1.67, 1.61)),
+    "nostril": ("skin", (0.81, -4.03, 3.63)),
+    "eye_top_inner": ("skin", (2.37, 0.35, 1.55)),
+    "eye_top_outer": ("skin", (3.6, 0.44, 1.42)),
+    "eye_bottom_inner": ("skin", (2.35, -0.46, 1.33)),
+    "eye_bottom_outer": ("skin", (3.58, -0.46, 1.23)),
+    "lip_peak": ("skin", (0.43, -5.31, 3.19)),
+    "lip_upper_outer": ("skin", (1.28, -5.84, 3.06)),
+    "lip_lower_outer": ("skin", (1.46, -7.25, 2.67)),
+    "lip_lower_inner": ("skin", (0.61, -7.62, 2.97)),
+    "mouth_inner_corner": ("skin", (1.81, -6.6, 2.56)),
+    "lip_inner_upper": ("skin", (0.68, -6.52, 3.12)),
+    "lip_inner_lower": ("skin", (0.82, -6.74, 2.85)),
 }
-_MIDDLE = {
+_MIDDLE: dict[str, tuple[str, tuple[float, ...]]] = {
     "nose_root": ("skin", (0.0, 0.0)),
     "nose_tip": ("skin", (0.0, -3.55)),
     "nose_base": ("skin", (0.0, -4.62)),
@@ -38,15 +61,46 @@ _MIDDLE = {
     "lip_bottom": ("skin", (0.0, -7.92)),
     "chin": ("skin", (0.0, -10.3)),
     "forehead": ("skin", (0.0, 5.0)),
+    "nose_bridge_upper": ("skin", (0.0, -0.94, 2.55)),
+    "nose_bridge_lower": ("skin", (0.0, -1.98, 3.2)),
+    "lip_inner_top": ("skin", (0.0, -6.48, 3.3)),
+    "lip_inner_bottom": ("skin", (0.0, -6.75, 3.02)),
 }
 
 # name -> (part, place); jaw, cheekbone and temple lie on the side of the head.
 LANDMARK_POINTS: dict[str, tuple[str, tuple[float, ...]]] = {
     **{f"{name}_left": value for name, value in _SIDED.items()},
-    **{f"{name}_right": (part, (-x, y)) for name, (part, (x, y)) in _SIDED.items()},
+    **{f"{name}_right": (part, (-at[0], *at[1:])) for name, (part, at) in _SIDED.items()},
     **_MIDDLE,
 }
 LANDMARKS: tuple[str, ...] = tuple(LANDMARK_POINTS)
+
+
+def _both(*names: str) -> tuple[str, ...]:
+    """Names from the face's right to the middle, and mirrored from there to its left."""
+    return (*(f"{n}_right" for n in names), *(f"{n}_left" for n in reversed(names)))
+
+
+_JAW = _both(*(f"jawline_{k}" for k in range(1, 9)))
+_NOSE = _both("nose_wing", "nostril")
+_UPPER, _LOWER = _both("lip_upper_outer", "lip_peak"), _both("lip_lower_outer", "lip_lower_inner")
+# The 68 points of Sagonas et al. 2013 ("300 Faces in-the-Wild Challenge", ICCV workshops), in
+# their order: jaw from the face's right to its left, brows, nose, eyes, outer and inner lips. The
+# jaw's lie on the mandible itself, not on the outline that a turned head happens to show.
+LANDMARKS_68: tuple[str, ...] = (
+    *_JAW[:8], "chin", *_JAW[8:],
+    *_both("brow_outer", "brow_outer_half", "brow_peak", "brow_inner_half", "brow_inner"),
+    "nose_root", "nose_bridge_upper", "nose_bridge_lower", "nose_tip",
+    *_NOSE[:2], "nose_base", *_NOSE[2:],
+    *(f"eye_{n}_right" for n in ("outer", "top_outer", "top_inner", "inner",
+                                 "bottom_inner", "bottom_outer")),
+    *(f"eye_{n}_left" for n in ("inner", "top_inner", "top_outer", "outer",
+                                "bottom_outer", "bottom_inner")),
+    "mouth_corner_right", *_UPPER[:2], "lip_top", *_UPPER[2:],
+    "mouth_corner_left", *_LOWER[::-1][:2], "lip_bottom", *_LOWER[::-1][2:],
+    "mouth_inner_corner_right", "lip_inner_upper_right", "lip_inner_top", "lip_inner_upper_left",
+    "mouth_inner_corner_left", "lip_inner_lower_left", "lip_inner_bottom", "lip_inner_lower_right",
+)  # fmt: skip
 
 
 def smooth_curve(points: NDArray, count: int) -> NDArray[np.float64]:

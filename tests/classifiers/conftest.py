@@ -12,27 +12,15 @@ import pytest
 from PIL import Image, ImageDraw
 
 from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig.anatomy import LANDMARK_POINTS
 
 SIZE = 256
-# Places on the cartoon in centimetres from the eyes' middle, u to the image's right, v down.
-SIDED = {
-    "eye_inner": (1.6, 0.3), "eye_outer": (4.2, 0.1), "eye_top": (3, -0.4), "eye_bottom": (3, 0.6),
-    "pupil": (2.9, 0.0), "brow_inner": (1.3, -1.2), "brow_peak": (3.4, -1.8),
-    "brow_outer": (4.9, -1.2), "nose_wing": (1.7, 4.0), "mouth_corner": (2.3, 6.8),
-    "jaw": (5.2, 7.6), "cheekbone": (5.6, 2.2), "temple": (6.3, -2.0),
-}  # fmt: skip
-MIDDLE = {
-    "nose_root": (0, 0), "nose_tip": (0, 3.5), "nose_base": (0, 4.6), "lip_top": (0, 5.7),
-    "lip_bottom": (0, 7.9), "chin": (0, 10.3), "forehead": (0, -5.0),
-}  # fmt: skip
 
 
 def place(name: str) -> tuple[float, float]:
-    if name in MIDDLE:
-        return MIDDLE[name]
-    stem, _, side = name.rpartition("_")
-    u, v = SIDED[stem]
-    return (u, v) if side == "left" else (-u, v)
+    """Of a landmark, in centimetres from the eyes' middle, u to the image's right, v down."""
+    x, y = LANDMARK_POINTS[name][1][:2]
+    return x, -y
 
 
 def cartoon(rng: np.random.Generator) -> tuple[np.ndarray, dict]:

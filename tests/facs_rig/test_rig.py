@@ -12,6 +12,7 @@ from facs_rig import (
     DETECTED,
     IDENTITY,
     LANDMARKS,
+    LANDMARKS_68,
     Camera,
     FaceParameters,
     load_rig,
@@ -314,7 +315,7 @@ def test_the_extent_holds_every_persons_head(rig):
     for _ in range(20):
         who = {p.name: rng.uniform(p.minimum, p.maximum) for p in IDENTITY if rng.random() < 0.5}
         turn = tuple(rng.normal(0, 0.4, 3)), tuple(rng.normal(0, 0.1, 3))
-        face = FaceParameters({"jaw_drop": 5}, who, *turn)
+        face = FaceParameters({"jaw_open": 5}, who, *turn)
         head = rig.turn(rig.neutral(who), face)
         points = rig.extent(face)
         away = cKDTree(head).query(points)[0]
@@ -338,3 +339,32 @@ def test_identity_extremes_keep_the_face_whole(rig):
         normals = trimesh.Trimesh(rig.neutral(identity), triangles, process=False).face_normals
         flipped = (np.einsum("ij,ij->i", rest, normals) < -0.5).mean()
         assert flipped < 0.002
+
+
+def test_the_68_points_are_where_face_alignment_has_them(rig):
+    """Order and sides of the 300-W convention: the jaw first, the face's right on the left."""
+    assert len(LANDMARKS_68) == len(set(LANDMARKS_68)) == 68
+    assert set(LANDMARKS_68) <= set(LANDMARKS)
+    at = points(rig, rig.neutral())
+    x, y = np.array([at[name] for name in LANDMARKS_68]).T[:2]
+    assert (np.diff(x[:17]) > 0).all()  # jaw, brows and lips run from its right to its left
+    assert np.argmin(y) == 8
+    assert (np.diff(x[17:27]) > 0).all()
+    assert (np.diff(y[27:31]) < 0).all()  # the nose runs down
+    assert (np.diff(x[31:36]) > 0).all()
+    for eye in (slice(36, 42), slice(42, 48), slice(48, 60), slice(60, 68)):  # rings, clockwise
+        ring = np.stack([x[eye], -y[eye]], axis=1)
+        edges = np.cross(np.roll(ring, -1, axis=0) - ring, np.roll(ring, -2, axis=0) - ring)
+        assert edges.sum() > 0
+    pairs = [(0, 16), (4, 12), (17, 26), (21, 22), (36, 45), (39, 42), (48, 54), (50, 52), (60, 64)]
+    for right, left in pairs:
+        assert abs(x[right] + x[left]) < MM
+        assert abs(y[right] - y[left]) < MM
+
+
+def test_an_open_mouth_parts_the_inner_lips(rig):
+    shut, wide = (points(rig, rig.pose(FaceParameters(aus))) for aus in ({}, {"jaw_open": 5}))
+    for name in ("lip_inner_top", "lip_inner_upper_left"):
+        below = name.replace("top", "bottom").replace("upper", "lower")
+        assert np.linalg.norm(shut[name] - shut[below]) < 5 * MM
+        assert wide[name][1] - wide[below][1] > 15 * MM
