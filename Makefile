@@ -37,7 +37,7 @@ $(VENV)/.lint: $(VENV)/.base
 
 $(VENV)/.tests: $(VENV)/.lint
 	@echo "Installing what the tests need: Blender as a module and CPU torch (some minutes, once) ..."
-	@$(PIP) -e '.[dev,blender,train,generate]'
+	@$(PIP) -e '.[dev,blender,train,generate,cluster]'
 	@touch $@
 
 $(DEMO)/face.glb: $(SKETCH) $(SOURCES) | $(VENV)/.base

@@ -221,12 +221,30 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
         default="sparse",
         help="sparse: a few actions at any strength; thesis: every action at a random 0 to 5",
     )
-    parser.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     parser.add_argument(
-        "--resume", action="store_true", help="go on with an interrupted run of the same seed"
+        "--jobs", type=int, default=1, help="how many processes of this computer (default 1)"
+    )
+    parser.add_argument(
+        "--dask",
+        metavar="tcp://HOST:PORT",
+        help="let the workers of the Dask scheduler at this address draw: the same bytes, and no "
+        "shared disk is needed; they have the same packages as this computer (with --engine "
+        "freestyle also bpy) and one thread each: dask worker ADDRESS --nworkers -1 --nthreads 1",
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with an interrupted run: whole shards stay, the others are made; the options "
+        "that say what is drawn must be the same, --jobs and --dask may differ",
     )
     parser.add_argument(
         "--strokes", action="store_true", help="keep the coordinates of every line in the JSON"
+    )
+    parser.add_argument(
+        "--meshes",
+        action="store_true",
+        help="keep the posed face as KEY.ply: metres, triangles, the same vertices in the same "
+        "order in every sample; 2 MB each, so that a shard holds 25 samples instead of 250",
     )
     parser.add_argument(
         "--preview",
@@ -257,6 +275,8 @@ def generate(options: argparse.Namespace) -> int:
             resume=options.resume,
             scheme=options.scheme,
             strokes=options.strokes,
+            meshes=options.meshes,
+            dask=options.dask,
             progress=bar,
         )
     took = time.perf_counter() - started

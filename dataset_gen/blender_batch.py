@@ -4,7 +4,8 @@
 
 The same as `sketch2face generate --engine freestyle`. Blender's Python has to find numpy (Blender
 brings it, Debian's does not), scipy and Pillow. They are looked for in PYTHONPATH, in an activated
-environment, in the .venv that `make` builds, and where `sketch2face` is installed.
+environment, in the .venv that `make` builds, and where `sketch2face` is installed. --meshes also
+needs trimesh.
 
 Exit status 0 done, 1 a fault of ours, 2 the arguments or the folder cannot be used.
 """
@@ -27,7 +28,7 @@ NEEDED = {"numpy": "numpy", "scipy": "scipy", "PIL": "pillow"}  # module -> its 
 def main(arguments: list[str] | None = None) -> int:
     """Run with the command line's arguments, those after `--`; returns the exit status."""
     options = parser().parse_args(own(sys.argv) if arguments is None else arguments)
-    missing = find_packages()
+    missing = find_packages(options.meshes)
     if missing:
         print(missing, file=sys.stderr)
         return 2
@@ -39,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
         shards = generate(
             options.count, options.out, seed=options.seed, engine=options.engine,
             jobs=options.jobs, resume=options.resume, scheme=options.scheme,
-            strokes=options.strokes, progress=Line(),
+            strokes=options.strokes, meshes=options.meshes, progress=Line(),
         )  # fmt: skip
     except (ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -75,22 +76,24 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     out.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     out.add_argument("--strokes", action="store_true", help="keep the coordinates of the lines")
+    out.add_argument("--meshes", action="store_true", help="keep the posed mesh, KEY.ply")
     return out
 
 
-def find_packages() -> str | None:
+def find_packages(meshes: bool = False) -> str | None:
     """Make this repository and what it needs importable; one sentence if something is missing."""
     # Started by Python, the folder of this file comes first, whose freestyle.py is not Blender's.
     own_folder = str(Path(__file__).resolve().parent)
     sys.path[:] = [str(ROOT), *(p for p in sys.path if p not in (own_folder, str(ROOT)))]
-    missing = [name for name in NEEDED if not importable(name)]
+    needed = NEEDED | ({"trimesh": "trimesh"} if meshes else {})
+    missing = [name for name in needed if not importable(name)]
     for place in places():
         if missing and place.is_dir():
             sys.path.append(str(place))  # behind Blender's own numpy, which it was built for
             missing = [name for name in missing if not importable(name)]
     if not missing:
         return None
-    names = ", ".join(NEEDED[name] for name in missing)
+    names = ", ".join(needed[name] for name in missing)
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     return (
         f"error: Blender's Python {version} does not find {names}; install them for Python "

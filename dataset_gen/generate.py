@@ -2,8 +2,9 @@
 
 A data set is a folder of WebDataset shards, `shard-000000.tar` and on, of `KEY.json` and `KEY.png`
 (8-bit grey, black lines on white), and `manifest.json` with counts and checksums, written last.
-The same seed gives the same bytes, whatever the number of workers, and also after an interrupted
-run that was resumed.
+On request a sample also holds `KEY.ply`, the posed mesh. The same seed gives the same bytes,
+whatever the number of workers, on this computer or on a Dask cluster of the same packages and
+processors, and also after an interrupted run that was resumed.
 """
 
 from __future__ import annotations
@@ -15,16 +16,19 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
 from multiprocessing import get_context
 from pathlib import Path
 
+from . import cluster
 from .samples import ENGINES, SIZE, Recipe, make_sample
-from .shards import MANIFEST, holds, read_shards, write_manifest, write_shard
+from .shards import MANIFEST, holds, read_meshes, read_shards, write_manifest, write_shard
 
-__all__ = ["ENGINES", "SHARD", "SIZE", "generate", "make_sample", "read_shards"]
+__all__ = ["ENGINES", "SHARD", "SIZE", "generate", "make_sample", "read_meshes", "read_shards"]
 
 SHARD = 250  # samples in each shard but the last
-RECYCLED = 4  # shards after which a worker is replaced: Blender does not give all memory back
+MESHES = 25  # the same with meshes, 2 MB each: a worker of a cluster holds whole shards in memory
+RECYCLED = 4  # shards after which a worker is replaced: a precaution for Blender's memory
 Progress = Callable[[int, int], None]
 
 _OURS = re.compile(rf"shard-\d{{6}}\.tar|{re.escape(MANIFEST)}|preview\.png")
@@ -40,38 +44,50 @@ def generate(
     resume: bool = False,
     scheme: str = "sparse",
     strokes: bool = False,
+    meshes: bool = False,
+    dask: str | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
     """Write a data set of `count` samples into the folder `out`; returns its shards.
 
     With `resume`, whole shards of an earlier run with the same seed are kept; with `strokes`, the
-    samples keep the coordinates of what was drawn. Raises ValueError for impossible arguments,
-    for a folder that holds shards already (when not resuming) or other files, and for a disk
-    that cannot be written.
+    samples keep the coordinates of what was drawn; with `meshes`, the posed mesh. `dask` is the
+    address of a scheduler, tcp://HOST:PORT, whose workers make the shards instead of `jobs`
+    processes here. Raises ValueError for impossible arguments, for a folder that holds shards
+    already (when not resuming) or other files, for a disk that cannot be written, and for a
+    cluster that is not there, differs from this computer, or is lost.
     """
     if count < 1:
         raise ValueError(f"--count must be at least 1, got {count}")
     if jobs < 1:
         raise ValueError(f"--jobs must be at least 1, got {jobs}")
-    recipe = Recipe(seed, scheme, engine, strokes)
+    if dask is not None and jobs > 1:
+        raise ValueError(
+            "--jobs are processes of this computer, and with --dask the cluster's workers draw; "
+            "leave one of the two out"
+        )
+    recipe = Recipe(seed, scheme, engine, strokes, meshes)
     recipe.check()
     out = Path(out)
+    each = min(SHARD, MESHES) if meshes else SHARD
     try:
-        _open_folder(out, resume)
-        plan = {
-            out / f"shard-{k:06d}.tar": range(k * SHARD, min((k + 1) * SHARD, count))
-            for k in range(-(-count // SHARD))
-        }
-        todo = {
-            path: indices
-            for path, indices in plan.items()
-            if not (path.exists() and holds(path, indices, recipe))
-        }
-        done = count - sum(map(len, todo.values()))
-        for finished in _run(todo, recipe, jobs):
-            done += finished
-            if progress:
-                progress(done, count)
+        with nullcontext() if dask is None else cluster.connect(dask, recipe) as client:
+            _open_folder(out, resume)
+            plan = {
+                out / f"shard-{k:06d}.tar": range(k * each, min((k + 1) * each, count))
+                for k in range(-(-count // each))
+            }
+            todo = {
+                path: indices
+                for path, indices in plan.items()
+                if not (path.exists() and holds(path, indices, recipe))
+            }
+            done = count - sum(map(len, todo.values()))
+            made = cluster.run(client, todo, recipe) if client else _run(todo, recipe, jobs)
+            for finished in made:
+                done += finished
+                if progress:
+                    progress(done, count)
         write_manifest(out, plan, recipe)
     except OSError as problem:
         raise ValueError(
@@ -114,7 +130,7 @@ def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
     with ProcessPoolExecutor(
         jobs,
         mp_context=context,
-        initializer=_end_with,
+        initializer=end_with,
         initargs=(os.getpid(),),
         max_tasks_per_child=recycled,
     ) as pool:
@@ -127,7 +143,7 @@ def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
             raise
 
 
-def _end_with(parent: int) -> None:
+def end_with(parent: int) -> None:
     """Let a worker end when the process that started it was killed, whatever it is doing."""
 
     def watch() -> None:

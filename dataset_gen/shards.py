@@ -11,21 +11,27 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from facs_rig import FaceParameters, load_rig
+
 from .samples import SIZE, Recipe, make_sample
+
+if TYPE_CHECKING:
+    import trimesh
 
 MANIFEST = "manifest.json"
 FORMAT = 1
-PACKAGES = ("sketch-to-face", "numpy", "pillow", "numba")  # whose version may show in the bytes
+PACKAGES = ("sketch-to-face", "numpy", "scipy", "pillow", "numba")  # may show in the bytes
 
 
-def write_shard(path: Path, indices: range, recipe: Recipe) -> int:
-    """Write one shard (beside, then renamed); returns the number of its samples."""
-    with Whole(path) as beside, tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar:
+def fill(file: BinaryIO, indices: range, recipe: Recipe) -> None:
+    """Write these samples into an open file, as a tar: the same bytes wherever it is done."""
+    with tarfile.open(fileobj=file, mode="w", format=tarfile.USTAR_FORMAT) as tar:
         for index in indices:
             picture, meta = make_sample(
                 recipe.seed, index, SIZE, recipe.scheme, recipe.engine, recipe.strokes
@@ -34,6 +40,29 @@ def write_shard(path: Path, indices: range, recipe: Recipe) -> int:
             Image.fromarray(picture).save(buffer, format="PNG")
             _add(tar, f"{index:08d}.json", json.dumps(meta).encode())
             _add(tar, f"{index:08d}.png", buffer.getvalue())
+            if recipe.meshes:
+                _add(tar, f"{index:08d}.ply", posed_ply(meta))
+
+
+def posed_ply(meta: dict) -> bytes:
+    """The posed mesh of a sample's dictionary as a binary .ply: metres, y up, triangles.
+
+    Its vertices are those of `rig.pose`, in the same order, so that they answer each other from
+    sample to sample and to everything that the rig knows of a vertex.
+    """
+    import trimesh
+    from trimesh.exchange.ply import export_ply
+
+    rig = load_rig()
+    posed = rig.pose(FaceParameters.from_json(meta))
+    mesh = trimesh.Trimesh(posed, rig.triangles, process=False)
+    return export_ply(mesh, encoding="binary", vertex_normal=False)
+
+
+def write_shard(path: Path, indices: range, recipe: Recipe) -> int:
+    """Write one shard (beside, then renamed); returns the number of its samples."""
+    with Whole(path) as beside, beside.open("wb") as file:
+        fill(file, indices, recipe)
     return len(indices)
 
 
@@ -68,18 +97,23 @@ def holds(path: Path, indices: range, recipe: Recipe) -> bool:
             first = json.loads(tar.extractfile(names[0]).read())  # type: ignore[union-attr]
     except (tarfile.TarError, ValueError, IndexError):
         raise ValueError(f"{path} is damaged; delete it to make it anew") from None
-    made = Recipe(first["seed"], first["scheme"], first["engine"], "strokes" in first)
+    meshes = any(name.endswith(".ply") for name in names)
+    made = Recipe(first["seed"], first["scheme"], first["engine"], "strokes" in first, meshes)
     if made != recipe:
         raise ValueError(
             f"{path} was made with {_told(made)}; resume with the same ones or choose another "
             "folder"
         )
-    return [int(n.split(".")[0]) for n in names[::2]] == list(indices)
+    endings = ("json", "png", "ply") if meshes else ("json", "png")
+    return names == [f"{index:08d}.{ending}" for index in indices for ending in endings]
 
 
 def _told(recipe: Recipe) -> str:
-    kept = "with" if recipe.strokes else "without"
-    return f"seed {recipe.seed}, scheme {recipe.scheme}, engine {recipe.engine}, {kept} strokes"
+    strokes, meshes = ("with" if kept else "without" for kept in (recipe.strokes, recipe.meshes))
+    return (
+        f"seed {recipe.seed}, scheme {recipe.scheme}, engine {recipe.engine}, "
+        f"{strokes} strokes, {meshes} meshes"
+    )
 
 
 def write_manifest(folder: Path, shards: dict[Path, range], recipe: Recipe) -> Path:
@@ -93,7 +127,7 @@ def write_manifest(folder: Path, shards: dict[Path, range], recipe: Recipe) -> P
             {"name": path.name, "samples": len(indices), "sha256": _digest(path)}
             for path, indices in shards.items()
         ],
-        "versions": {name: _version(name) for name in PACKAGES},
+        "versions": versions(recipe),
     }
     path = folder / MANIFEST
     with Whole(path) as beside:
@@ -106,6 +140,12 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def versions(recipe: Recipe) -> dict[str, str | None]:
+    """Package -> its version here (None: not installed), of all that may show in the bytes."""
+    more = ["trimesh"] * recipe.meshes + ["bpy"] * (recipe.engine == "freestyle")
+    return {name: _version(name) for name in (*PACKAGES, *more)}
+
+
 def _version(name: str) -> str | None:
     try:
         return version(name)
@@ -115,12 +155,26 @@ def _version(name: str) -> str | None:
 
 def read_shards(folder: Path | str) -> Iterator[tuple[NDArray[np.uint8], dict]]:
     """All samples of a data set in order: picture (h, w) uint8 and its dictionary."""
+    meta: dict = {}
+    for name, data in _members(folder, ".json", ".png"):
+        if name.endswith(".json"):
+            meta = json.loads(data)
+        else:
+            yield np.asarray(Image.open(io.BytesIO(data))), meta
+
+
+def read_meshes(folder: Path | str) -> Iterator[trimesh.Trimesh]:
+    """The posed meshes of a data set made with them, in the order of `read_shards`; else none."""
+    import trimesh
+
+    for _, data in _members(folder, ".ply"):
+        yield trimesh.load_mesh(io.BytesIO(data), file_type="ply", process=False)
+
+
+def _members(folder: Path | str, *endings: str) -> Iterator[tuple[str, bytes]]:
+    """Name and content of the files in all shards of a folder that end like this, in order."""
     for path in sorted(Path(folder).glob("shard-*.tar")):
         with tarfile.open(path) as tar:
-            meta: dict = {}
             for member in tar:
-                data = tar.extractfile(member).read()  # type: ignore[union-attr]
-                if member.name.endswith(".json"):
-                    meta = json.loads(data)
-                elif member.name.endswith(".png"):
-                    yield np.asarray(Image.open(io.BytesIO(data))), meta
+                if member.name.endswith(endings):
+                    yield member.name, tar.extractfile(member).read()  # type: ignore[union-attr]

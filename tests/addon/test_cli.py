@@ -166,6 +166,16 @@ def test_a_folder_that_cannot_be_written_to(capsys, folder):
 
 def test_generate_says_what_is_wrong(capsys, folder):
     assert "--count" in refused(capsys, "generate", "--count", "0", "--out", "data")
+    order = ("generate", "--count", "1", "--out", "data", "--dask")
+    assert "tcp://HOST:8786" in refused(capsys, *order, "localhost")
+    assert "leave one of the two" in refused(capsys, *order, "tcp://host:8786", "--jobs", "2")
+    assert not contents(folder)
+
+
+def test_generate_without_dask_names_the_extra(capsys, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    said = refused(capsys, "generate", "--count", "1", "--out", "d", "--dask", "tcp://host:8786")
+    assert "pip install 'sketch-to-face[cluster]'" in said
     assert not contents(folder)
 
 
@@ -518,6 +528,20 @@ def test_generate_writes_shards(capsys, folder):
     assert contents(folder / "data") == {"shard-000000.tar", "manifest.json", "preview.png"}
     with Image.open(folder / "data" / "preview.png") as sheet:
         assert sheet.size == (2 * 256 + 4, 256)
+
+
+def test_generate_hands_its_options_on(folder, monkeypatch):
+    taken = {}
+    monkeypatch.setattr(
+        "dataset_gen.generate.generate", lambda count, out, **options: taken.update(options) or []
+    )
+    order = ["generate", "--count", "3", "--out", "data", "--dask", "tcp://host:8786", "--meshes"]
+    assert cli.main([*order, "--strokes", "--resume"]) == 0
+    taken.pop("progress")
+    assert taken == {
+        "seed": 0, "engine": "contours", "scheme": "sparse", "jobs": 1,
+        "resume": True, "strokes": True, "meshes": True, "dask": "tcp://host:8786",
+    }  # fmt: skip
 
 
 def test_a_bar_is_drawn_on_a_terminal_only(capsys, monkeypatch):
