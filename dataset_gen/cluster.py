@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import os
 import pickle
 import queue
@@ -17,7 +18,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
@@ -57,26 +58,37 @@ def connect(address: str, recipe: Recipe) -> Iterator[Client]:
         ) from None
     if not re.fullmatch(r"\w+://[^\s/]+:\d+", address):
         raise ValueError(f"--dask needs an address such as tcp://HOST:8786, got '{address}'")
+    with _quiet():
+        try:
+            client = Client(address, timeout=PATIENCE, set_as_default=False, name="sketch2face")
+        except (OSError, ValueError):
+            raise ValueError(
+                f"no Dask scheduler answers at {address}; start one with `dask scheduler`, and "
+                f"workers with {_how(address)}"
+            ) from None
+        with closing(client):
+            with _connection(address):
+                try:
+                    client.wait_for_workers(1, timeout=PATIENCE)
+                except TimeoutError:
+                    raise _no_workers(address) from None
+                answers = client.run(installed, recipe, on_error="return")
+            for worker, told in answers.items():
+                if not isinstance(told, OSError):  # it has just left
+                    _check(worker, told, recipe)
+            yield client
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Dask's client from logging what is raised here as a sentence."""
+    logger = logging.getLogger("distributed.client")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False, name="sketch2face")
-    except (OSError, ValueError):
-        raise ValueError(
-            f"no Dask scheduler answers at {address}; start one with `dask scheduler`, and "
-            f"workers with {_how(address)}"
-        ) from None
-    try:
-        with _connection(address):
-            try:
-                client.wait_for_workers(1, timeout=PATIENCE)
-            except TimeoutError:
-                raise _no_workers(address) from None
-            answers = client.run(installed, recipe, on_error="return")
-        for worker, told in answers.items():
-            if not isinstance(told, OSError):  # it has just left
-                _check(worker, told, recipe)
-        yield client
+        yield
     finally:
-        client.close()
+        logger.setLevel(level)
 
 
 def run(client: Client, todo: dict[Path, range], recipe: Recipe) -> Iterator[int]:

@@ -204,7 +204,7 @@ def test_no_workers_and_workers_that_leave(tmp_path, monkeypatch):
         assert list(tmp_path.glob("d/shard-*.tar"))
 
 
-def test_a_scheduler_that_ends(tmp_path, monkeypatch):
+def test_a_scheduler_that_ends(tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(cluster, "PATIENCE", 2.0)
     with small_cluster(1) as small:
         with pytest.raises(ValueError, match="was lost.*--resume"):
@@ -213,6 +213,7 @@ def test_a_scheduler_that_ends(tmp_path, monkeypatch):
                 progress=lambda done, total: small.close(),
             )  # fmt: skip
     assert not list(tmp_path.glob(".*"))
+    assert "distributed.client" not in {record.name for record in caplog.records}
 
 
 def test_other_packages_on_a_worker(tmp_path, dask, monkeypatch, fresh_versions):
