@@ -12,6 +12,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from data_pictures import histograms, page_of_drawings
+from data_pictures import ways as drawn_ways
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -30,7 +32,6 @@ from addon.sheet import (
     whole_head,
 )
 from dataset_gen import Style, draw_strokes, ink
-from dataset_gen.generate import make_sample
 from facs_rig import (
     CONTROL_NAMES,
     CONTROLS,
@@ -323,7 +324,17 @@ def turned() -> None:
 
 def drawings() -> None:
     """A page of the data set."""
-    save("drawings.png", sheet([make_sample(0, k)[0] for k in range(18)], 6))
+    save("drawings.png", page_of_drawings())
+
+
+def ways() -> None:
+    """The ways to draw what lies within the outline, on three faces."""
+    save("ways.png", drawn_ways())
+
+
+def dataset_statistics() -> None:
+    """What the sampler draws by lot, in both schemes."""
+    save("dataset_statistics.png", histograms())
 
 
 def examples() -> None:
@@ -377,7 +388,8 @@ def stages() -> None:
 
 FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
         extremes, turned)  # fmt: skip
-PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, examples, stages)}
+PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways,
+                                     dataset_statistics, examples, stages)}  # fmt: skip
 
 
 def main() -> None:

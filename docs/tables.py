@@ -1,4 +1,5 @@
-"""Keep the tables of docs/face.md true: they are made from the catalogue and the shipped head.
+"""Keep the tables of docs/ true: of the face, from the catalogue and the shipped head; of the data
+set, from the sampler itself.
 
     python docs/tables.py            # write them anew
     python docs/tables.py --check    # only say whether they are true
@@ -10,12 +11,25 @@ from __future__ import annotations
 
 import re
 import sys
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
-from facs_rig import CONTROLS, IDENTITY, Control, load_rig
+import numpy as np
+from numpy.typing import NDArray
+
+from dataset_gen.generate import SIZE
+from dataset_gen.lines import DETAILS, KINDS
+from dataset_gen.sampling import SCHEMES, Sample, sample_face, sample_rng
+from dataset_gen.style import HAIR, LAYER_ODDS, LOOKS, PAPERS, Style
+from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
+from facs_rig.identity import ETHNICITIES, FEATURES
+from facs_rig.parameters import ANGLES, intensities
 
-PAGE = Path(__file__).parent / "face.md"
+DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 FOLDERS = {"": "Who", "head": "Head", "forehead": "Forehead", "eyes": "Eyes", "eyebrows": "Brows",
            "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks", "chin": "Chin and jaw",
@@ -85,27 +99,214 @@ def numbers() -> str:
     return "\n".join(["| the shipped head | |", "|---|---|", *lines])
 
 
-TABLES = {f.__name__: f for f in (controls, identity, numbers)}
+# --- the data set ---------------------------------------------------------------------------------
+
+COUNT = 2000  # samples of each scheme that the figures are taken from
+POINTS = (5, 25, 50, 75, 95)  # percentiles
 
 
-def renewed(text: str) -> str:
-    """The page with every table made anew; ValueError if a table's place is missing."""
-    for name, make in TABLES.items():
-        start = f"<!-- {name}: made by docs/tables.py -->"
+@cache
+def drawn(scheme: str) -> tuple[Sample, ...]:
+    """The first COUNT samples of seed 0, without their drawings."""
+    points = load_rig().neutral()[::500]
+    # How a head is framed shows in none of the figures, and posing it would take most of the time.
+    rig = SimpleNamespace(extent=lambda parameters: points)
+    return tuple(sample_face(rig, sample_rng(0, k), SIZE, scheme) for k in range(COUNT))
+
+
+def everything() -> tuple[Sample, ...]:
+    """The samples of both schemes: for what they draw alike."""
+    return sum((drawn(scheme) for scheme in SCHEMES), ())
+
+
+def strengths(samples: Sequence[Sample]) -> NDArray[np.float32]:
+    """(n, 47) intensities in the catalogue's order."""
+    return np.array([intensities(sample.parameters.aus) for sample in samples])
+
+
+def degrees(samples: Sequence[Sample], part: str) -> NDArray[np.float64]:
+    """(n, 3) yaw, pitch, roll of head or neck; (n, 2) yaw, pitch of the gaze."""
+    return np.degrees([getattr(sample.parameters, part) for sample in samples])
+
+
+def identities(samples: Sequence[Sample], name: str) -> NDArray[np.float64]:
+    """(n,) values of one parameter of the identity; a feature's is 0 where it is plain."""
+    return np.array([sample.parameters.identity.get(name, 0.0) for sample in samples])
+
+
+def percent(chosen: NDArray | Iterable[bool]) -> str:
+    """The share of what is true, such as `12 %`."""
+    return f"{100 * np.mean(list(chosen)):.0f} %"
+
+
+def middle(values: NDArray, form: str = ".0f") -> str:
+    """Median and, in brackets, what nine in ten lie between."""
+    low, half, high = (f"{v:{form}}" for v in np.percentile(values, (5, 50, 95)))
+    return f"{half} ({low} to {high})"
+
+
+def sampled_actions() -> str:
+    """How many actions a drawing has, and how strong, in each scheme."""
+    ours = [name in DETECTED for name in CONTROL_NAMES]
+    columns = []
+    for scheme in SCHEMES:
+        values = strengths(drawn(scheme))
+        active = values > 0
+        of = {c.name: active[:, k].sum() / active.sum() for k, c in enumerate(CONTROLS)}
+
+        def share(what: str, where: str, of: dict[str, float] = of) -> str:
+            names = [c.name for c in CONTROLS if getattr(c, what) == where]
+            return f"{100 * sum(of[name] for name in names):.0f} %"
+
+        columns.append(
+            {
+                "actions in a drawing": middle(active.sum(axis=1)),
+                "of the twelve detected ones": middle(active[:, ours].sum(axis=1)),
+                "drawings without any action": percent(~active.any(axis=1)),
+                "strength of an action": middle(values[active], ".1f"),
+                f"stronger than {FULL_INTENSITY:g}": percent(values[active] > FULL_INTENSITY),
+                "both sides, left alone, right alone": ", ".join(
+                    share("side", side) for side in ("both", "left", "right")
+                ),
+                "upper, mid, lower face": ", ".join(share("region", name) for name in REGIONS),
+            }
+        )
+    rows = [f"| {what} | {' | '.join(c[what] for c in columns)} |" for what in columns[0]]
+    return "\n".join([f"| | {' | '.join(SCHEMES)} |", "|---|---|---|", *rows])
+
+
+def sampled_controls() -> str:
+    """In how many drawings each of the detected controls is active, and the others."""
+    values = [strengths(drawn(scheme)) > 0 for scheme in SCHEMES]
+    cells = [
+        f"`{name}` | {' | '.join(percent(v[:, CONTROL_NAMES.index(name)]) for v in values)}"
+        for name in DETECTED
+    ]
+    rest = [k for k, name in enumerate(CONTROL_NAMES) if name not in DETECTED]
+    ends = [f"{min(shares):.0f} to {max(shares):.0f} %"
+            for shares in (100 * v[:, rest].mean(axis=0) for v in values)]  # fmt: skip
+    heading = f"active in | {' | '.join(SCHEMES)}"
+    half = len(cells) // 2
+    rows = [f"| {a} | {b} |" for a, b in zip(cells[:half], cells[half:], strict=True)]
+    last = f"| each of the other {len(rest)} | {' | '.join(ends)} | | | |"
+    return "\n".join([f"| {heading} | {heading} |", "|---|---|---|---|---|---|", *rows, last])
+
+
+def spread(rows: Iterable[tuple[str, NDArray]], form: str, what: str) -> str:
+    """A table of percentiles, a row for each name and its values (n,)."""
+    heading = " | ".join("median" if p == 50 else f"{p} %" for p in POINTS)
+    out = [f"| {what} | {heading} | farthest |", "|---|" + "---|" * (len(POINTS) + 1)]
+    for name, values in rows:
+        ends = max(values.min(), values.max(), key=abs)
+        cells = [f"{v + 0.0:{form}}" for v in (*np.percentile(values, POINTS).round(4), ends)]
+        out.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(out).replace("| -0 |", "| 0 |").replace("| -0.00 |", "| 0.00 |")
+
+
+def sampled_angles() -> str:
+    """Percentiles of the angles, and of the gaze where the eyes look aside."""
+    rows = []
+    for part in ("head", "neck", "gaze"):
+        values = degrees(everything(), part)
+        if part == "gaze":
+            values = values[values.any(axis=1)]
+        for name, column in zip(ANGLES, values.T, strict=False):
+            rows.append((f"{part}, {name}", column))
+    return spread(rows, ".0f", "degrees")
+
+
+def sampled_people() -> str:
+    """Percentiles of who is drawn."""
+    samples = everything()
+    names = ("gender", "age", "weight", "wrinkles", *ETHNICITIES)
+    rows = [(f"`{name}`", identities(samples, name)) for name in names]
+    rows.append(("the largest of the three shares", np.max([v for _, v in rows[-3:]], axis=0)))
+    features = np.array([identities(samples, f.name) for f in FEATURES])
+    rows.append(("a feature that is not plain", features[features != 0]))
+    table = spread(rows, ".2f", "parameter")
+    count = (features != 0).sum(axis=0)
+    return f"{table}\n\nOf the {len(FEATURES)} features {middle(count)} are not plain."
+
+
+def paper_of(style: Style) -> str:
+    """Which of PAPERS a style was drawn with."""
+    if style.shadow:
+        return "photo"
+    if style.noise:
+        return "scan"
+    return "toned" if style.paper < 1 else "white"
+
+
+def sampled_pages() -> str:
+    """What a face is drawn with and on."""
+    samples = everything()
+    styles = [sample.style for sample in samples]
+    layers = [set(style.layers) for style in styles]
+
+    def shares(values: Iterable[str], order: Iterable[str]) -> str:
+        count = Counter(values)
+        total = count.total()
+        return ", ".join(f"{name} {100 * count[name] / total:.0f} %" for name in order)
+
+    far = np.array([sample.camera.distance for sample in samples])
+    hair = [layer & {*HAIR} for layer in layers]
+    rows = {
+        "level of detail": shares((DETAILS[sample.detail] for sample in samples), DETAILS),
+        "look": shares((style.look for style in styles), LOOKS),
+        "paper": shares((paper_of(style) for style in styles), PAPERS),
+        "layers": ", ".join(f"{a} {percent(a in layer for layer in layers)}" for a in LAYER_ODDS),
+        "hair": f"{percent(map(bool, hair))} ("
+        + ", ".join(f"{a.removeprefix('hair_')} {percent(a in h for h in hair)}" for a in HAIR)
+        + ")",
+        "hatching; construction lines": f"{percent(s.hatching > 0 for s in styles)}; "
+        f"{percent(s.construction > 0 for s in styles)}",
+        "width of a full line, pixels": middle(np.array([s.width for s in styles]), ".1f"),
+        "perspective": f"{percent(np.isfinite(far))}, from {middle(far[np.isfinite(far)], '.1f')} "
+        "metres; the others orthographic",
+    }
+    return "\n".join(["| | |", "|---|---|", *(f"| {a} | {b} |" for a, b in rows.items())])
+
+
+def sampled_kinds() -> str:
+    """Which kinds of lines drawings have, at each level of detail."""
+    out = [f"| kinds of lines | {' | '.join(SCHEMES)} |", "|---|---|---|"]
+    counts = [Counter(sample.kinds for sample in drawn(scheme)) for scheme in SCHEMES]
+    for kinds in sorted(set().union(*counts), key=lambda k: (len(k), [KINDS.index(n) for n in k])):
+        shares = [f"{100 * count[kinds] / COUNT:.0f} %" for count in counts]
+        out.append(f"| {' + '.join(kinds)} | {' | '.join(shares)} |")
+    return "\n".join(out)
+
+
+# --- the pages ------------------------------------------------------------------------------------
+
+TABLES = {
+    "face.md": (controls, identity, numbers),
+    "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_kinds,
+                   sampled_pages),
+}  # fmt: skip
+
+
+def renewed(page: str, text: str) -> str:
+    """A page of TABLES with every table made anew; ValueError if a table's place is missing."""
+    for make in TABLES[page]:
+        start = f"<!-- {make.__name__}: made by docs/tables.py -->"
         pattern = re.compile(re.escape(start) + r"\n.*?<!-- end -->", re.DOTALL)
         if len(pattern.findall(text)) != 1:
-            raise ValueError(f"the page needs the lines '{start}' and '<!-- end -->' once")
+            raise ValueError(f"{page} needs the lines '{start}' and '<!-- end -->' once")
         table = make()
         text = pattern.sub(lambda _, s=start, t=table: f"{s}\n\n{t}\n\n<!-- end -->", text)
     return text
 
 
 def main() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    new = renewed(text)
-    if "--check" in sys.argv[1:]:
-        sys.exit(0 if new == text else "docs/face.md is out of date; run: python docs/tables.py")
-    PAGE.write_text(new, encoding="utf-8")
+    for page in TABLES:
+        path = DOCS / page
+        text = path.read_text(encoding="utf-8")
+        new = renewed(page, text)
+        if "--check" not in sys.argv[1:]:
+            path.write_text(new, encoding="utf-8")
+        elif new != text:
+            sys.exit(f"docs/{page} is out of date; run: python docs/tables.py")
 
 
 if __name__ == "__main__":
