@@ -7,7 +7,7 @@ mirror it. The labels follow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,16 +24,22 @@ from .scribbles import Frame, Pen
 Ink = NDArray[np.uint8]
 Floats = NDArray[np.float32]
 
-NEAR, FAR, NO_FACE = 0, 1, 2
-SHARES = (0.68, 0.20, 0.12)  # of examples: second look, first look, no face
+NEAR, MID, FAR, NO_FACE = 0, 1, 2, 3
+SHARES = (0.66, 0.10, 0.14, 0.10)  # of examples: third look, second look, first look, no face
 PAD = 32  # px of paper added around a drawing, for hair that reaches over its edge
+MOST_FACES = 4  # on one page
+CROWDS = 0.35  # of first looks, those with more than one face
+SMALLEST = 0.2  # a face's box as a share of the page that is looked at first
+CUT = 0.08  # of pages, those whose edge cuts the face
+AS_DRAWN = 0.3  # of pages, those to which nothing is done: the generator has styles of its own
 
 
 @dataclass(frozen=True)
 class Example:
-    """What the networks see and should answer; with no face only `ink` and `kind` mean anything.
+    """What the networks see and should answer; with no face all but `ink` and `kind` is idle.
 
     ink : (size, size) float32     landmarks : (m, 2) in crop units      angles : radians
+    boxes : (MOST_FACES, 3) of each face's box u, v of the middle and the side, crop units, or nan
     """
 
     ink: Floats
@@ -42,6 +48,7 @@ class Example:
     intensity: Floats
     angles: Floats
     landmarks: Floats
+    boxes: Floats
 
 
 @dataclass(frozen=True)
@@ -182,14 +189,14 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
     return np.array(image)
 
 
-def second_look(points: NDArray, rng: Generator) -> Crop:
-    """The face's box, as far off as the first look's landmarks may be, with other proportions."""
+def jittered(points: NDArray, spread: float, rng: Generator) -> Crop:
+    """The face's box, as far off as the look before may be (`spread` 1: landmarks), stretched."""
     box = face_box(points)
     stretch = float(np.exp(rng.uniform(-0.12, 0.12) / 2))
-    scale = float(np.exp(rng.normal(0.03, 0.07)))
+    scale = float(np.exp(rng.normal(0.03 * spread, 0.07 * spread)))
     width, height = box.width * scale * stretch, box.height * scale / stretch
-    centre_u = box.left + box.width * (0.5 + rng.normal(0, 0.03))
-    centre_v = box.top + box.height * (0.5 + rng.normal(0, 0.03))
+    centre_u = box.left + box.width * (0.5 + rng.normal(0, 0.03 * spread))
+    centre_v = box.top + box.height * (0.5 + rng.normal(0, 0.03 * spread))
     return Crop(centre_u - width / 2, centre_v - height / 2, width, height)
 
 
@@ -200,12 +207,62 @@ def first_look(ink: Ink, points: NDArray, rng: Generator) -> Crop:
         around = ink_box(ink.astype(np.float32))
         if around.width > 0.8 * box.width:
             return around
-    side = box.width / rng.uniform(0.35, 1.0)
+    side = box.width / float(np.exp(rng.uniform(np.log(SMALLEST), 0)))
     stretch = float(np.exp(rng.uniform(-0.12, 0.12) / 2))
     width, height = side * stretch, side / stretch
-    spare = np.array([width, height]) - box.width
-    offset = spare * rng.uniform(0, 1, 2)
+    offset = np.array([width, height]) * rng.uniform(0, 1, 2) - box.width / 2
+    offset = np.clip(offset, -0.15 * box.width, np.array([width, height]) - 0.85 * box.width)
     return Crop(box.left - offset[0], box.top - offset[1], width, height)
+
+
+def crowd(
+    ink: Ink, box: Crop, another: Callable[[], tuple[Ink, NDArray]], rng: Generator
+) -> tuple[Ink, NDArray, list[Crop]]:
+    """Other, smaller faces beside that of a page: the larger page, the shift (2,), their boxes.
+
+    box : of the face on the page;  another : a drawing (h, w), 255 = paper, and the points (m, 2)
+    that bound its face
+    """
+    height, width = ink.shape
+    large = int(height * rng.uniform(1.0, 1.9)), int(width * rng.uniform(1.3, 2.2))
+    page = np.zeros(large, np.uint8)
+    shift = (rng.uniform(0, 1, 2) * (page.shape[1] - width, page.shape[0] - height)).astype(int)
+    page[shift[1] : shift[1] + height, shift[0] : shift[0] + width] = ink
+    taken = [Crop(box.left + shift[0], box.top + shift[1], box.width, box.height)]
+    for _ in range(int(rng.integers(1, MOST_FACES))):
+        drawing, points = another()
+        own = face_box(points)
+        scale = rng.uniform(0.35, 0.9) * box.width / own.width
+        size = max(int(drawing.shape[1] * scale), 8), max(int(drawing.shape[0] * scale), 8)
+        resized = Image.fromarray(drawing).resize(size, Image.Resampling.BOX)
+        small = np.uint8(255) - np.array(resized, np.uint8)
+        for _ in range(8):  # places until one keeps clear of the faces that are there
+            u, v = (rng.uniform(-0.2, 1, 2) * page.shape[::-1]).astype(int)
+            there = Crop(own.left * scale + u, own.top * scale + v, *(own.width * scale,) * 2)
+            inside = there.within(page.shape)
+            if inside and all(there.apart(other) for other in taken):
+                lay_on(page, small, u, v)
+                taken.append(there)
+                break
+    return page, shift, taken[1:]
+
+
+def lay_on(page: Ink, ink: Ink, left: int, top: int) -> None:
+    """Draw ink (h, w) on a page at a place that may reach over its edges."""
+    height, width = ink.shape
+    u, v = max(left, 0), max(top, 0)
+    right, bottom = min(left + width, page.shape[1]), min(top + height, page.shape[0])
+    if right > u and bottom > v:
+        part = page[v:bottom, u:right]
+        np.maximum(part, ink[v - top : bottom - top, u - left : right - left], out=part)
+
+
+def cut_off(ink: Floats, rng: Generator) -> Floats:
+    """A drawing that runs off the paper: nothing on one side of it (s, s)."""
+    side = int(rng.integers(4))
+    ink = np.rot90(ink, side).copy()
+    ink[: int(rng.uniform(0.05, 0.3) * len(ink))] = 0
+    return np.rot90(ink, -side)
 
 
 def spoiled(ink: Floats, rng: Generator) -> Floats:
@@ -236,6 +293,7 @@ def spoiled(ink: Floats, rng: Generator) -> Floats:
 def mirrored(example: Example, names: Names) -> Example:
     """The same in a mirror: left and right exchanged everywhere. Twice is the identity."""
     landmarks = example.landmarks[names.landmark_mirror] * (-1, 1) + (1, 0)
+    boxes = example.boxes * (-1, 1, 1) + (1, 0, 0)
     return Example(
         np.ascontiguousarray(example.ink[:, ::-1]),
         example.kind,
@@ -243,6 +301,7 @@ def mirrored(example: Example, names: Names) -> Example:
         example.intensity[names.au_mirror],
         (example.angles * (-1, 1, -1)).astype(np.float32),
         landmarks.astype(np.float32),
+        boxes.astype(np.float32),
     )
 
 
@@ -256,6 +315,8 @@ def artistic_page(
     ink = np.pad(255 - drawing, PAD)
     points = points + PAD
     turn = 0.0
+    if rng.random() < AS_DRAWN:
+        return ink, points, turn
     if rng.random() < 0.5:
         ink, points, turn = turned_and_bent(ink, points, rng)
     ink = worn(ink, rng)
@@ -270,15 +331,18 @@ def example(
     size: int,
     rng: Generator,
     kind: int | None = None,
+    another: Callable[[Generator], tuple[Ink, NDArray]] | None = None,
 ) -> Example:
     """One training example from drawing (h, w) uint8, 255 = paper, and row `row` of the targets.
 
-    kind : NEAR, FAR or NO_FACE; drawn by SHARES if not given.
+    kind : NEAR, MID, FAR or NO_FACE; drawn by SHARES if not given.
+    another : some other drawing and its landmarks, for pages with several faces
     """
     if kind is None:
-        kind = int(rng.choice(3, p=SHARES))
+        kind = int(rng.choice(4, p=SHARES))
     active, intensity, angles = targets.active[row], targets.intensity[row], targets.angles[row]
     points = targets.landmarks[row]
+    boxes = np.full((MOST_FACES, 3), np.nan)
     if kind == NO_FACE:
         ink = worn(faceless(rng, np.uint8(255) - drawing), rng)
         crop = (
@@ -292,11 +356,31 @@ def example(
         folds = bool(np.any(intensity[names.folded] >= 1.5))
         ink, page_points, turn = artistic_page(drawing, points, folds, names, rng)
         bounds = page_points[names.bounding]
-        crop = second_look(bounds, rng) if kind == NEAR else first_look(ink, bounds, rng)
+        others: list[Crop] = []
+        if kind == FAR and another and rng.random() < CROWDS:
+
+            def stranger() -> tuple[Ink, NDArray]:
+                picture, places = another(rng)
+                return picture, places[names.bounding]
+
+            ink, shift, others = crowd(ink, face_box(bounds), stranger, rng)
+            bounds, page_points = bounds + shift, page_points + shift
+            crop = ink_box(ink.astype(np.float32))
+        elif kind == FAR:
+            crop = first_look(ink, bounds, rng)
+        else:
+            crop = jittered(bounds, 1.0 if kind == NEAR else 2.5, rng)
         points = crop.to_crop(page_points).astype(np.float32)
+        for k, box in enumerate([face_box(bounds), *others]):
+            middle = crop.to_crop(np.array([box.left + box.width / 2, box.top + box.height / 2]))
+            boxes[k] = *middle, box.width / np.sqrt(crop.width * crop.height)
         if turn:
             angles = np.array(rotated_in_picture(angles, turn), np.float32)
     small = area_resample(ink, crop, size) / np.float32(255)
-    small = even_ink(spoiled(small, rng))
-    made = Example(small, kind, active, intensity, angles, points)
+    if rng.random() < CUT:
+        small = cut_off(small, rng)
+    if rng.random() > AS_DRAWN:
+        small = spoiled(small, rng)
+    small = even_ink(small)
+    made = Example(small, kind, active, intensity, angles, points, boxes.astype(np.float32))
     return mirrored(made, names) if rng.random() < 0.5 else made

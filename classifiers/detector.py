@@ -157,9 +157,13 @@ class Detector:
     def look(self, crops: Floats) -> Answers:
         """Run the networks on crops (b, size, size) of ink; landmarks come in crop units."""
         ink = np.stack([even_ink(crop) for crop in crops])[:, None]
-        units, landmarks, angles, face = self._session.run(None, {"ink": ink})
+        units, landmarks, angles, face = self._session.run(None, {"ink": ink})[:4]
         return Answers(
-            units[:, :, 1] - units[:, :, 0], units[:, :, 2] * FULL, angles, landmarks, face
+            units[:, :, 1] - units[:, :, 0],
+            units[:, :, 2] * FULL,
+            angles,
+            landmarks[:, :, :2],
+            face,
         )
 
     def look_both_ways(self, crop: Floats) -> Answers:

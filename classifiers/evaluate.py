@@ -9,7 +9,7 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,8 @@ from .preprocess import Floats, as_page
 UNIT_FIGURES = ("yes", "accuracy", "balanced_accuracy", "f1", "auc", "ece")
 
 
-def pages_of(drawings: NDArray[np.uint8]) -> Iterable[Floats]:
-    """uint8 drawings (n, h, w), 255 = paper, as pages of ink."""
+def pages_of(drawings: Iterable[NDArray[np.uint8]]) -> Iterator[Floats]:
+    """uint8 drawings (h, w), 255 = paper, as pages of ink."""
     return (as_page(drawing / np.float32(255)) for drawing in drawings)
 
 

@@ -32,7 +32,7 @@ from .labels import Targets, encode, rotated_in_picture
 from .negatives import faceless
 
 ONNX = "detector.onnx"
-OUTPUTS = ("units", "landmarks", "angles", "face")
+OUTPUTS = ("units", "landmarks", "angles", "face", "found")
 TOLERANCE = 1e-4
 OPSET = 17
 
@@ -133,7 +133,7 @@ def provenance(data: shards.DataSet) -> dict[str, Any]:
         digest.update(json.dumps(record, sort_keys=True).encode())
     return {
         "drawings": len(data),
-        "size": list(data.drawings.shape[1:]),
+        "size": list(data.drawings[0].shape),
         "engines": dict(Counter(str(record.get("engine")) for record in records)),
         "seeds": sorted({int(record.get("seed", -1)) for record in records})[:20],
         "held_out": f"index % {shards.HELD_OUT} == {shards.HELD_OUT - 1}",
@@ -182,7 +182,7 @@ def export(
         names = Names.of(saved["aus"], saved["landmarks"])
         over_pages, over_targets = drawn_over(data, targets, rows, names)
         clean_targets = targets.take(rows)
-        clean = read_all(detector, pages_of(data.drawings[rows]))
+        clean = read_all(detector, pages_of(data.drawings[int(i)] for i in rows))
         over = read_all(detector, over_pages)
         none = read_all(detector, empty_pages(len(rows)))
 

@@ -40,6 +40,20 @@ class Crop:
         """Crop units (..., 2) -> page pixels (..., 2)."""
         return np.asarray(points, float) * (self.width, self.height) + (self.left, self.top)
 
+    def within(self, shape: tuple[int, ...]) -> bool:
+        """Whether the rectangle lies on a page (h, w) whole."""
+        right, bottom = self.left + self.width, self.top + self.height
+        return self.left >= 0 and self.top >= 0 and right <= shape[1] and bottom <= shape[0]
+
+    def apart(self, other: Crop) -> bool:
+        """Whether two rectangles share nothing."""
+        return (
+            self.left >= other.left + other.width
+            or other.left >= self.left + self.width
+            or self.top >= other.top + other.height
+            or other.top >= self.top + self.height
+        )
+
     @classmethod
     def square(cls, centre: Iterable[float], side: float) -> Crop:
         u, v = centre

@@ -13,8 +13,15 @@ pytest.importorskip("onnx")
 from classifiers import evaluate, export, metrics, shards, train  # noqa: E402
 from classifiers.augment import NEAR, Names, example  # noqa: E402
 from classifiers.labels import encode  # noqa: E402
-from classifiers.network import Networks  # noqa: E402
-from classifiers.train import Batches, Config, collate, loss_parts, rate_at  # noqa: E402
+from classifiers.network import Networks, side_by_side  # noqa: E402
+from classifiers.train import (  # noqa: E402
+    Batches,
+    Config,
+    collate,
+    finder_loss,
+    loss_parts,
+    rate_at,
+)
 from facs_rig import DETECTED, LANDMARKS  # noqa: E402
 
 SMALL = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
@@ -28,7 +35,7 @@ def loaded(cartoons):
 
 def test_shards_are_read_in_order_and_a_tenth_is_held_out(loaded, cartoons, tmp_path):
     data, *_ = loaded
-    assert data.drawings.shape == (60, 256, 256) and data.drawings.dtype == np.uint8
+    assert data.drawings[0].shape == (256, 256) and data.drawings[0].dtype == np.uint8
     assert [record["index"] for record in data.records] == list(range(60))
     np.testing.assert_array_equal(np.flatnonzero(data.held_out()), [9, 19, 29, 39, 49, 59])
     assert len(shards.load(cartoons, 45)) == 45
@@ -49,7 +56,7 @@ def test_a_batch_depends_on_seed_and_step_alone(loaded):
 def test_an_epoch_shows_every_drawing_once(loaded, monkeypatch):
     data, targets, names = loaded
     seen = []
-    monkeypatch.setattr(train, "example", lambda d, t, i, *rest: seen.append(int(i)))
+    monkeypatch.setattr(train, "example", lambda d, t, i, *rest, **more: seen.append(int(i)))
     monkeypatch.setattr(train, "collate", lambda examples: {})
     batches = Batches(data, targets, np.arange(20, 60), names, SMALL)
     for step in range(5):
@@ -70,18 +77,64 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
         "intensity": torch.zeros(1, 12),
         "angles": torch.zeros(1, 3),
         "landmarks": torch.zeros(1, 33, 2),
+        "boxes": torch.full((1, 4, 3), float("nan")),
     }
     units = torch.randn(1, 12, 3)
-    parts = loss_parts(
-        (units, torch.zeros(1, 33, 2), torch.zeros(1, 3), torch.zeros(1)), batch, 0.2
-    )
+    rest = torch.zeros(1, 33, 3), torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
+    parts = loss_parts((units, *rest), batch, 0.2)
     assert float(parts["units"]) == 0 and float(parts["angles"]) == 0
     batch["active"][0, 4] = 1
-    value = loss_parts(
-        (units, torch.zeros(1, 33, 2), torch.zeros(1, 3), torch.zeros(1)), batch, 0.2
-    )["units"]
+    value = loss_parts((units, *rest), batch, 0.2)["units"]
     expected = -torch.log_softmax(units[0, 4, :2], dim=0)[1]
-    assert float(value) == pytest.approx(float(expected), rel=1e-5)
+    assert float(value) == pytest.approx(2 * float(expected), rel=1e-5)
+
+
+def test_the_finder_learns_where_faces_are():
+    """Its loss is least where the cells of the faces' middles tell their boxes, and all else no."""
+    boxes = torch.full((2, 4, 3), float("nan"))
+    boxes[0, 0] = torch.tensor([0.30, 0.55, 0.4])
+    boxes[0, 1] = torch.tensor([0.95, 0.10, 0.2])
+    boxes[0, 2] = torch.tensor([1.20, 0.10, 0.2])  # beyond the edge: not to be found
+    right = torch.full((2, 8, 8, 4), -9.0)
+    right[0, 4, 2] = torch.tensor([9.0, 0.30 * 8 - 2.5, 0.55 * 8 - 4.5, np.log(0.4)])
+    right[0, 0, 7] = torch.tensor([9.0, 0.95 * 8 - 7.5, 0.10 * 8 - 0.5, np.log(0.2)])
+    least = float(finder_loss(right, boxes))
+    for change in ((0, 4, 2, 0, -9.0), (0, 4, 2, 1, 0.6), (0, 0, 7, 3, 0.0), (1, 3, 3, 0, 9.0)):
+        wrong = right.clone()
+        wrong[change[:4]] = change[4]
+        assert float(finder_loss(wrong, boxes)) > least + 0.1, change
+    nobody = torch.full((1, 4, 3), float("nan"))
+    assert float(finder_loss(torch.full((1, 8, 8, 4), -9.0), nobody)) < 1e-3
+
+
+def test_a_landmarks_spread_is_the_error_to_expect(loaded):
+    """Where the error is e, the best spread is e; and it does not move the landmark."""
+    points = torch.zeros(1, 1, 3, requires_grad=True)
+    batch = {
+        "kind": torch.tensor([NEAR]), "active": torch.full((1, 1), float("nan")),
+        "intensity": torch.zeros(1, 1), "angles": torch.zeros(1, 3),
+        "landmarks": torch.tensor([[[0.03, 0.04]]]), "boxes": torch.full((1, 4, 3), float("nan")),
+    }  # fmt: skip
+    rest = torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
+
+    def doubt(spread):
+        places = torch.cat([points[:, :, :2], torch.full((1, 1, 1), spread)], dim=2)
+        return loss_parts((torch.zeros(1, 1, 3), places, *rest), batch, 0.2)["spread"]
+
+    spreads = np.log(np.linspace(0.01, 0.2, 400))
+    best = np.exp(spreads[int(np.argmin([float(doubt(s).detach()) for s in spreads]))])
+    assert best == pytest.approx(0.05, rel=0.02)
+    doubt(-3.0).backward()
+    assert points.grad is None or float(points.grad.abs().sum()) == 0
+
+
+def test_heads_side_by_side_answer_as_one_by_one():
+    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    with torch.no_grad():
+        features = networks.trunk(torch.rand(3, 1, 64, 64))
+        alone = torch.stack([networks.heads[name](features) for name in DETECTED], dim=1)
+        together = side_by_side(list(networks.heads.values()), features, 0.0)
+    torch.testing.assert_close(alone, together, rtol=1e-4, atol=1e-5)
 
 
 def test_each_units_network_can_be_replaced_alone():
@@ -232,8 +285,8 @@ def test_half_a_minute_of_training_tells_unseen_drawings_apart(many_cartoons):
     networks.eval()
     batch = examples(kept, 99)
     with torch.no_grad():
-        units, points, _, _ = networks(torch.as_tensor(batch["ink"][:, None]))
+        units, points, *_ = networks(torch.as_tensor(batch["ink"][:, None]))
     scores = (units[:, :, 1] - units[:, :, 0]).numpy()
     aucs = [metrics.auc(batch["active"][:, k], scores[:, k]) for k in range(len(DETECTED))]
     assert aucs[DETECTED.index("frontalis")] > 0.9
-    assert np.hypot(*np.moveaxis(points.numpy() - batch["landmarks"], -1, 0)).mean() < 0.15
+    assert np.hypot(*np.moveaxis(points[..., :2].numpy() - batch["landmarks"], -1, 0)).mean() < 0.15
