@@ -63,12 +63,11 @@ def rates(truth: NDArray, predicted: NDArray) -> dict[str, float]:
     }
 
 
-def best_threshold(truth: NDArray, probability: NDArray) -> float:
-    """The threshold with the highest F1; of equal ones the highest.
+def best_threshold(truth: NDArray, probability: NDArray, false_alarms: float = 1.0) -> float:
+    """The threshold with the highest balanced accuracy; of equal ones the highest.
 
-    F1 and not balanced accuracy: actions are rare, and an expression that is full of false alarms
-    disturbs an artist more than a faint action overlooked. In the middle of the gap between two
-    samples; 0.5 if the truth is all yes or all no.
+    false_alarms : at most this share of the samples without it may be called yes.
+    In the middle of the gap between two samples; 0.5 if the truth is all yes or all no.
     """
     yes, probability = counted(truth, probability)
     if not len(yes) or yes.all() or not yes.any():
@@ -76,12 +75,12 @@ def best_threshold(truth: NDArray, probability: NDArray) -> float:
     order = np.argsort(probability)
     yes, probability = yes[order], probability[order]
     # Cutting before sample k calls k, k+1, ... yes.
-    hits = yes.sum() - np.concatenate([[0], np.cumsum(yes)])
-    called = len(yes) - np.arange(len(yes) + 1)
+    hits = 1 - np.concatenate([[0], np.cumsum(yes)]) / yes.sum()
+    alarms = 1 - np.concatenate([[0], np.cumsum(~yes)]) / (~yes).sum()
     edges = np.concatenate([[0.0], (probability[1:] + probability[:-1]) / 2, [1.0]])
     usable = np.concatenate([[True], probability[1:] > probability[:-1], [True]])
-    f1 = np.where(usable, 2 * hits / (called + yes.sum()), -1)
-    return float(edges[np.flatnonzero(f1 == f1.max())[-1]])
+    score = np.where(usable & (alarms <= false_alarms + 1e-9), hits - alarms, -1)
+    return float(edges[np.flatnonzero(score >= score.max() - 1e-12)[-1]])
 
 
 def calibration_error(truth: NDArray, probability: NDArray, bins: int = 15) -> float:
@@ -105,3 +104,45 @@ def best_temperature(truth: NDArray, logit: NDArray) -> float:
     signed = np.where(yes, -logit, logit)  # cross-entropy of one sample: log(1 + exp(signed / T))
     loss = np.logaddexp(0, signed[None] / TEMPERATURES[:, None]).mean(axis=1)
     return float(TEMPERATURES[int(np.argmin(loss))])
+
+
+def platt(truth: NDArray, logit: NDArray) -> tuple[float, float]:
+    """Temperature T and offset b whose sigmoid(logit / T + b) has the lowest cross-entropy.
+
+    Platt 1999, "Probabilistic Outputs for Support Vector Machines": a logistic regression on one
+    number, by Newton's method. The truth is drawn toward its doubt as if one more sample of each
+    kind had been seen, so that what is told apart without a fault does not become certain. (1, 0)
+    if the truth is all yes or all no. A slope that is not positive, or beyond `TEMPERATURES`,
+    becomes the nearest that is allowed, with its own best offset.
+    """
+    yes, logit = counted(truth, logit)
+    if not len(yes) or yes.all() or not yes.any():
+        return 1.0, 0.0
+    target = np.where(yes, (yes.sum() + 1) / (yes.sum() + 2), 1 / ((~yes).sum() + 2))
+    slope, offset = _logistic(np.stack([logit, np.ones_like(logit)]), target)
+    allowed = float(np.clip(slope, 1 / TEMPERATURES[-1], 1 / TEMPERATURES[0]))
+    if allowed != slope:
+        (offset,) = _logistic(np.ones((1, len(logit))), target, allowed * logit)
+    return 1 / allowed, float(offset)
+
+
+def _logistic(columns: NDArray, target: NDArray, fixed: NDArray | float = 0.0) -> NDArray:
+    """The weights (k,) of columns (k, n) whose sigmoid(fixed + weights @ columns) fits target."""
+
+    def loss(weights: NDArray) -> float:
+        logit = fixed + weights @ columns
+        return float((np.logaddexp(0, logit) - target * logit).sum())
+
+    weights = np.zeros(len(columns))
+    best = loss(weights)
+    for _ in range(100):
+        said = sigmoid(fixed + weights @ columns)
+        curvature = (columns * np.maximum(said * (1 - said), 1e-9)) @ columns.T
+        step = np.linalg.solve(curvature, columns @ (target - said))
+        while loss(weights + step) > best and np.abs(step).max() > 1e-9:
+            step = step / 2
+        weights = weights + step
+        best = loss(weights)
+        if np.abs(step).max() < 1e-9:
+            break
+    return weights

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import tarfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -37,7 +38,8 @@ def fill(file: BinaryIO, indices: range, recipe: Recipe) -> None:
                 recipe.seed, index, SIZE, recipe.scheme, recipe.engine, recipe.strokes
             )
             buffer = io.BytesIO()
-            Image.fromarray(picture).save(buffer, format="PNG")
+            # run lengths: half the time and smaller than zlib's own way, for lines on paper
+            Image.fromarray(picture).save(buffer, format="PNG", compress_type=zlib.Z_RLE)
             _add(tar, f"{index:08d}.json", json.dumps(meta).encode())
             _add(tar, f"{index:08d}.png", buffer.getvalue())
             if recipe.meshes:
