@@ -89,8 +89,10 @@ def fit(options: argparse.Namespace) -> int:
         usage(parse_box, options.align)
 
     from addon import pipeline
+    from classifiers import load_detector
 
     wanted = pipeline.FitOptions(tweakables=tweakables, align=options.align)
+    usage(load_detector)
     with Bar("fitting") as bar:
         fitted = pipeline.fit(sketch, wanted, bar)
     report = pipeline.report(fitted, face)
@@ -104,6 +106,8 @@ def fit(options: argparse.Namespace) -> int:
         pipeline.write_face(fitted, face)  # whole or not at all by itself, and the last to appear
     if not options.quiet:
         _tell_fit(report, [face, options.report, options.preview])
+        if fitted.detection.left_out():
+            say(fitted.detection.left_out(), 0)
     return 0
 
 
@@ -133,41 +137,43 @@ def detect_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--explain",
         metavar="OUT.png",
-        help="write a picture of which strokes each answer rests on (for a single sketch)",
+        help="write a picture: the lines that each action was read from, in colour",
     )
 
 
 def detect(options: argparse.Namespace) -> int:
     if options.explain:
-        if len(options.sketch) > 1:
-            raise UsageError("--explain takes a single sketch; call it once for each.")
         check_output(options.explain, (".png",))
-        distinct([options.sketch[0], options.explain])
+        for path in options.sketch:
+            distinct([path, options.explain])
 
     from addon.drawing import SketchError, load_drawing
     from classifiers import load_detector
 
     detector = None
     status = 0
+    drawings = {}
     for path in options.sketch:
         try:
             drawing = load_drawing(path)
         except SketchError as error:
             status = say(str(error), 2)
             continue
-        detector = detector or load_detector()
+        detector = detector or usage(load_detector)
         detection = detector.detect(drawing.image)
         if options.json:
             print(json.dumps(_detection_json(path, drawing, detection, detector.model)), flush=True)
         else:
             _tell_detection(path, detection)
         if options.explain:
-            from addon.explain import explain
+            drawings[path] = drawing.image
+    if detector and drawings and not status:
+        from addon.explain import explain
 
-            with Bar("explaining") as bar:
-                picture = explain(drawing.image, detector, bar)
-            with Outputs() as outputs:
-                picture.save(outputs.beside(options.explain))
+        with Bar("explaining") as bar:
+            picture = explain(drawings, detector, bar)
+        with Outputs() as outputs:
+            picture.save(outputs.beside(options.explain))
     return status
 
 
@@ -184,6 +190,8 @@ def _detection_json(
             name: [round(float(u), 2), round(float(v), 2)]
             for name, (u, v) in zip(detection.landmarks, places, strict=True)
         },
+        "confidences": {name: round(p, 4) for name, p in detection.confidences.items()},
+        "faces": detection.faces_to_json(drawing.scale),
         "model": {key: model[key] for key in ("format", "sha256", "size") if key in model},
     }
 
@@ -191,6 +199,8 @@ def _detection_json(
 def _tell_detection(path: str, detection: Detection) -> None:
     print(path)
     print(f"  face {detection.face_probability:.2f}, head {_degrees(detection.to_json()['head'])}")
+    if detection.left_out():
+        print(f"  {detection.left_out()}")
     order = sorted(detection.probabilities.items(), key=lambda item: -item[1])
     for name, probability in order:
         bar = "#" * round(20 * probability)

@@ -1,107 +1,130 @@
-"""Which strokes an answer of the detector rests on, as a picture.
-
-Occlusion (M. Zeiler and R. Fergus, Visualizing and Understanding Convolutional Networks, 2014):
-part after part of the drawing is erased and read again; strokes whose absence lowers the
-probability of a control speak for it, strokes whose absence raises it speak against it.
-"""
+"""Which lines an answer of the detector rests on, as a picture: a tile for each active control."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
-from scipy import ndimage
 
-from addon.drawing import Floats
 from classifiers import Detection, Detector
+from classifiers.evidence import Evidence, Progress, evidence
+from classifiers.finding import widened
+from classifiers.preprocess import Floats, area_resample, as_page
 
-CELLS = 9  # erased squares along the longer side of the drawn area
-PANELS = 6  # at most so many controls are explained
-PANEL = 360  # px, longer side of a panel
-CAPTION = 26  # px
-FOR = np.array([214, 40, 40], np.float32)
-AGAINST = np.array([38, 92, 196], np.float32)
-NEITHER = np.array([176, 176, 176], np.float32)
-
-
-def evidence(
-    drawing: Floats,
-    detector: Detector,
-    names: list[str],
-    progress: Callable[[int, int], None] | None = None,
-) -> NDArray[np.float32]:
-    """How much each place of a drawing speaks for each control.
-
-    drawing : (h, w) float32, 1 = paper, 0 = ink. names : k controls.
-    Returns (k, h, w) float32: by how much the log-odds of the control fall when the surroundings
-    of a pixel are erased; negative where they rise.
-    """
-    ink = np.argwhere(drawing < 0.5)
-    (top, left), (bottom, right) = ink.min(axis=0), ink.max(axis=0) + 1
-    side = max(2, math.ceil(max(bottom - top, right - left) / CELLS))
-    whole = _log_odds(detector.detect(drawing), names)
-    total = np.zeros((len(names), *drawing.shape), np.float32)
-    cells = [(v, u) for v in range(top, bottom, side) for u in range(left, right, side)]
-    for done, (v, u) in enumerate(cells, 1):
-        # Half a cell of overlap on all sides, so that no feature falls between two cells.
-        part = (
-            slice(max(0, v - side // 2), v + side + side // 2),
-            slice(max(0, u - side // 2), u + side + side // 2),
-        )
-        if (drawing[part] < 0.5).any():
-            erased = drawing.copy()
-            erased[part] = 1
-            if (erased < 0.5).any():
-                change = whole - _log_odds(detector.detect(erased), names)
-                total[:, v : v + side, u : u + side] = change[:, None, None]
-        if progress:
-            progress(done, len(cells))
-    return ndimage.gaussian_filter(total, (0, side / 2, side / 2))
+COLUMNS = 4
+TILE = 300  # px, side of a tile's picture
+GAP, HEADING, CAPTION, LEGEND = 14, 34, 42, 30  # px
+VIEW = 1.2  # of the face's box that was read, so that the whole face is seen
+LIKELIEST = 2  # controls that are explained where none is active
+FAINTEST = 0.15  # log-odds: where a control rests on less than that, colours stay pale
+FOR = np.array([206, 30, 30], np.float32)
+AGAINST = np.array([24, 92, 200], np.float32)
+NEITHER = np.array([188, 188, 188], np.float32)
+TEXT, PALE = (32, 32, 32), (112, 112, 112)
 
 
 def explain(
-    drawing: Floats,
-    detector: Detector,
-    progress: Callable[[int, int], None] | None = None,
+    sketches: Mapping[str, Floats], detector: Detector, progress: Progress | None = None
 ) -> Image.Image:
-    """A panel for each control that is active (or for the likeliest ones): red speaks for it."""
-    detection = detector.detect(drawing)
-    likely = sorted(detection.probabilities, key=detection.probabilities.__getitem__, reverse=True)
-    names = [name for name in likely if detection.active[name]][:PANELS] or likely[:2]
-    heats = evidence(drawing, detector, names, progress)
-    height, width = drawing.shape
-    scale = PANEL / max(height, width)
-    size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    columns = min(3, len(names))
-    rows = -(-len(names) // columns)
-    sheet = Image.new("RGB", (columns * size[0], rows * (size[1] + CAPTION)), "white")
-    pen = ImageDraw.Draw(sheet)
-    font = ImageFont.load_default(15)
-    for index, (name, heat) in enumerate(zip(names, heats, strict=True)):
-        u = index % columns * size[0]
-        v = index // columns * (size[1] + CAPTION)
-        sheet.paste(_panel(drawing, heat).resize(size, Image.Resampling.BOX), (u, v + CAPTION))
-        label = f"{name} {detection.probabilities[name]:.2f}"
-        pen.text((u + 8, v + 4), label, fill="black", font=font)
+    """A sheet of all sketches: for each a heading and a tile for each control that is active.
+
+    sketches : title -> drawing (h, w) float, 1 = paper, 0 = ink
+    progress : called with the sketches done and their number
+
+    Red lines speak for the control, blue ones against it. Where no control is active, the likeliest
+    are shown, and said to be not active.
+    """
+    sections = []
+    for done, (title, drawing) in enumerate(sketches.items(), 1):
+        sections.append(section(title, drawing, evidence(drawing, detector)))
+        if progress:
+            progress(done, len(sketches))
+    width = max(part.width for part in sections)
+    height = sum(part.height for part in sections) + LEGEND
+    sheet = Image.new("RGB", (width, height), "white")
+    top = 0
+    for part in sections:
+        sheet.paste(part, (0, top))
+        top += part.height
+    _legend(ImageDraw.Draw(sheet), top)
     return sheet
 
 
-def _panel(drawing: Floats, heat: NDArray[np.float32]) -> Image.Image:
-    """The drawing with its ink coloured by the evidence."""
-    strength = (heat / max(float(np.abs(heat).max()), 1e-6))[..., None]
-    ink = np.where(
-        strength > 0,
-        NEITHER + strength * (FOR - NEITHER),
-        NEITHER - strength * (AGAINST - NEITHER),
+def section(title: str, drawing: Floats, found: Evidence) -> Image.Image:
+    """One sketch: its title, then the tiles, the surest first.
+
+    drawing : (h, w) float, as `found` was made of
+    """
+    order = _worth_showing(found.detection)
+    columns = min(COLUMNS, max(len(order), 2))
+    rows = -(-len(order) // columns)
+    step = TILE + GAP
+    picture = Image.new(
+        "RGB", (GAP + columns * step, HEADING + rows * (CAPTION + step)), "white"
     )
-    paper = drawing[..., None]
-    return Image.fromarray((255 * paper + ink * (1 - paper)).round().astype(np.uint8))
+    pen = ImageDraw.Draw(picture)
+    head = "  ".join(f"{k} {round(v):+d}°" for k, v in found.detection.to_json()["head"].items())
+    about = f"face {found.detection.face_probability:.0%}   {head}"
+    _text(pen, (GAP, 8), title, 17, TEXT, picture.width - 2 * GAP)
+    room = picture.width - 3 * GAP - pen.textlength(title, ImageFont.load_default(17))
+    _text(pen, (picture.width - GAP, 11), about, 14, PALE, room, "ra")
+    view = widened(found.box, VIEW)
+    ink = area_resample(as_page(drawing), view, TILE)
+    for k, name in enumerate(order):
+        u, v = GAP + k % columns * step, HEADING + k // columns * (CAPTION + step)
+        _text(pen, (u, v + 2), name, 16, TEXT, TILE)
+        _text(pen, (u, v + 21), _said(found.detection, name), 13, PALE, TILE)
+        picture.paste(coloured(ink, found.within(name, view, (TILE, TILE))), (u, v + CAPTION))
+        pen.rectangle((u, v + CAPTION, u + TILE - 1, v + CAPTION + TILE - 1), outline="#dddddd")
+    return picture
 
 
-def _log_odds(detection: Detection, names: list[str]) -> NDArray[np.float64]:
-    probability = np.array([detection.probabilities[name] for name in names])
-    probability = np.clip(probability, 1e-4, 1 - 1e-4)
-    return np.log(probability / (1 - probability))
+def coloured(ink: Floats, heat: Floats) -> Image.Image:
+    """Ink (s, s), 0 = paper and 1 = black, coloured by the evidence (s, s) in log-odds."""
+    darkest = float(np.quantile(ink[ink > 0.05], 0.9)) if (ink > 0.05).any() else 1.0
+    alpha = np.clip(ink / darkest, 0, 1)[..., None]
+    strongest = max(float((np.abs(heat) * ink).max()) / darkest, FAINTEST)
+    strength = np.clip(heat / strongest, -1, 1)[..., None]
+    towards = np.where(strength > 0, FOR, AGAINST)
+    # The weaker half of the evidence would hardly be seen on thin lines.
+    line = NEITHER + np.abs(strength) ** 0.75 * (towards - NEITHER)
+    return Image.fromarray((255 * (1 - alpha) + line * alpha).round().astype(np.uint8))
+
+
+def _worth_showing(detection: Detection) -> list[str]:
+    likely = sorted(detection.probabilities, key=detection.probabilities.__getitem__, reverse=True)
+    return [name for name in likely if detection.active[name]] or likely[:LIKELIEST]
+
+
+def _said(detection: Detection, name: str) -> str:
+    probability = f"{detection.probabilities[name]:.0%} likely"
+    if detection.active[name]:
+        return f"{probability}, intensity {detection.intensities[name]:.1f} of 5"
+    return f"{probability}, not active"
+
+
+def _legend(pen: ImageDraw.ImageDraw, top: float) -> None:
+    font = ImageFont.load_default(14)
+    left = float(GAP)
+    for colour, text in ((FOR, "speaks for it"), (AGAINST, "speaks against it")):
+        shade = tuple(int(c) for c in colour)
+        pen.line((left, top + 13, left + 26, top + 13), fill=shade, width=3)
+        pen.text((left + 34, top + 13), text, fill=PALE, font=font, anchor="lm")
+        left += 34 + pen.textlength(text, font) + 24
+
+
+def _text(
+    pen: ImageDraw.ImageDraw,
+    place: tuple[float, float],
+    text: str,
+    size: int,
+    colour: tuple[int, int, int],
+    room: float,
+    anchor: str = "la",
+) -> None:
+    """A line of text, cut at its beginning with an ellipsis to fit: paths end in what matters."""
+    font = ImageFont.load_default(size)
+    while text and pen.textlength(text, font) > room:
+        text = "…" + text[2:]
+    pen.text(place, text, fill=colour, font=font, anchor=anchor)

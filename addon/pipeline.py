@@ -21,6 +21,7 @@ from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import contour_error, ruler
 from classifiers import Detection, load_detector
+from classifiers.preprocess import Crop
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from snakes import (
     WORKING_SIZE,
@@ -89,7 +90,11 @@ def fit(
     drawing = _read(sketch)
     clock.done("read")
 
-    detection = load_detector().detect(drawing.image)
+    head = None
+    if options.align is not None:
+        left, top, right, bottom = _box(drawing, options.align)
+        head = Crop(left, top, right - left, bottom - top)
+    detection = load_detector().detect(drawing.image, head)
     if detection.face_probability < LEAST_FACE and options.align is None:
         raise SketchError(
             f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
@@ -147,6 +152,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     return {
         "sketch": str(face.drawing.source) if face.drawing.source else None,
         **face.detection.to_json(),
+        "faces": face.detection.faces_to_json(face.drawing.scale),
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "contour_error_px": face.contour_error_px,
@@ -187,9 +193,14 @@ def _align(
 ) -> Camera:
     if options.align is None:
         return align(drawing.image, rig, parameters, detection.landmarks)
-    su, sv = drawing.scale  # the box is in pixels of the picture as it was handed in
-    box = np.array(parse_box(options.align)) / [su, sv, su, sv]
-    return align(drawing.image, rig, parameters, box=tuple(box.tolist()))
+    return align(drawing.image, rig, parameters, box=_box(drawing, options.align))
+
+
+def _box(drawing: Drawing, text: str) -> tuple[float, float, float, float]:
+    """The head's box in pixels of `drawing.image`; the text's are of the picture handed in."""
+    su, sv = drawing.scale
+    left, top, right, bottom = parse_box(text)
+    return left / su, top / sv, right / su, bottom / sv
 
 
 def _name(drawing: Drawing) -> str:

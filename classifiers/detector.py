@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -12,9 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .labels import ACTIVE, FULL, mirror_order, resolve_sides
+from .conflicts import settle
+from .finding import Face, echo, faces_on, squared, widened
+from .labels import ACTIVE, FULL, mirror_order
 from .metrics import sigmoid
 from .preprocess import (
+    Crop,
     Floats,
     area_resample,
     as_page,
@@ -23,22 +24,37 @@ from .preprocess import (
     face_box,
     ink_box,
 )
+from .runtime import DESCRIPTION, FORMAT, THREADS, WEIGHTS, Answers, Runtime
 
-WEIGHTS = Path(__file__).parent / "weights"
-DESCRIPTION = "model.json"
-FORMAT = 1
-THREADS = 2
+__all__ = [
+    "ANGLES", "CLOSE", "DESCRIPTION", "FORMAT", "WEIGHTS", "Detection", "Detector", "Face",
+    "Reading", "load_detector",
+]  # fmt: skip
+
 ANGLES = ("yaw", "pitch", "roll")
+LEAST_FACE = 0.5  # from here on there is a face
+# The second look sees a little more than the box that the first one found.
+ROOM = 1.08
+# Landmarks that lie in one spot say nothing of where the face is: their box must be at least this
+# share of what was looked at. All the ink may hold a small face, a face's box holds that face.
+LEAST_OF_INK, LEAST_OF_BOX = 0.1, 0.5
+TRIES = 3  # boxes that the third look is given, if it sees no face in the first
+CLOSE = 0.02  # of the face's height: what counts as found
+# For somebody who has several faces on the page.
+OTHERS = "{} drawn on the page; the largest was read, crop the picture to read another."
 
 
 @dataclass(frozen=True)
 class Detection:
-    """What a drawing shows. All mappings go by the names of the controls that can be detected.
+    """What a drawing shows. Mappings go by the names of controls, or of landmarks.
 
     probabilities : how probable it is that each control is active, calibrated, 0..1
-    active : probability above the control's own threshold, after the rule of left and right
+    active : probability above the control's own threshold, after the rules of `conflicts`
     intensities : 0 if not active, else 1..5        head : yaw, pitch, roll in radians
-    landmarks : name -> (u, v) pixels of the drawing     face_probability : that there is a face
+    landmarks : name -> (u, v) pixels of the drawing; off the page if the face is cut off
+    confidences : how probable it is that each landmark is within 2% of the face's height, 0..1
+    faces : the face that was read, if there is one, and the others on the page, largest first
+    face_probability : that there is a face
     """
 
     probabilities: dict[str, float]
@@ -46,11 +62,20 @@ class Detection:
     intensities: dict[str, float]
     head: tuple[float, float, float]
     landmarks: dict[str, tuple[float, float]]
+    confidences: dict[str, float]
+    faces: tuple[Face, ...]
     face_probability: float
 
     def expression(self) -> dict[str, float]:
         """The active controls at their intensity, ready for `FaceParameters(aus=...)`."""
         return {name: self.intensities[name] for name, active in self.active.items() if active}
+
+    def left_out(self) -> str:
+        """One sentence about the other faces on the page; empty if there are none."""
+        others = len(self.faces) - 1
+        if others < 1:
+            return ""
+        return OTHERS.format("Another face is" if others == 1 else f"{others} other faces are")
 
     def to_json(self) -> dict[str, Any]:
         """The expression and the head's angles in degrees, as commands and reports write them."""
@@ -67,17 +92,36 @@ class Detection:
             "head": {n: round(float(a), 2) for n, a in zip(ANGLES, angles, strict=True)},
         }
 
+    def faces_to_json(self, scale: tuple[float, float] = (1.0, 1.0)) -> list[dict[str, Any]]:
+        """The faces with their boxes, left, top, right, bottom in pixels of the drawing times
+        `scale` (u, v)."""
+        scales = np.array([*scale, *scale])
+        return [
+            {
+                "box": (scales * face.corners).round(2).tolist(),
+                "probability": round(face.probability, 4),
+            }
+            for face in self.faces
+        ]
+
 
 @dataclass(frozen=True)
 class Reading:
-    """The networks' raw answer: logits (k,) yes minus no, intensities (k,) 0..5, angles (3,) rad,
-    landmarks (m, 2) px of the page, logit of a face."""
+    """The networks' raw answer for a page; lengths in its pixels.
+
+    logits : (k,) yes minus no      intensities : (k,) 0..5      angles : (3,) radians
+    landmarks : (m, 2)      spreads : (m,) their expected errors      face : logit of a face
+    box : what the last look saw      others : further faces on the page, largest first
+    """
 
     logits: NDArray[np.float64]
     intensities: NDArray[np.float64]
     angles: NDArray[np.float64]
     landmarks: NDArray[np.float64]
+    spreads: NDArray[np.float64]
     face: float
+    box: Crop
+    others: tuple[Face, ...] = ()
 
 
 class Detector:
@@ -88,7 +132,8 @@ class Detector:
     """
 
     def __init__(self, folder: Path, threads: int = THREADS) -> None:
-        self.model = read_description(folder)
+        self._networks = Runtime(folder, threads)
+        self.model = self._networks.model
         self.aus: tuple[str, ...] = tuple(self.model["aus"])
         self.landmarks: tuple[str, ...] = tuple(self.model["landmarks"])
         self.size = int(self.model["size"])
@@ -99,19 +144,20 @@ class Detector:
         self._temperatures = np.array([self.model["temperatures"][name] for name in self.aus])
         self._thresholds = {name: float(self.model["thresholds"][name]) for name in self.aus}
         self._face_temperature = float(self.model["face_temperature"])
-        self._session = open_session(folder / self.model["weights"], self.model["sha256"], threads)
 
-    def detect(self, drawing: NDArray) -> Detection:
+    def detect(self, drawing: NDArray, head: Crop | None = None) -> Detection:
         """Read a drawing (h, w) float, 1 = paper and 0 = ink.
+
+        head : where to look for the face, in its pixels, instead of wherever there is ink
 
         Raises ValueError for another shape, dtype or range. A blank page gives a detection with a
         face probability near 0: the caller decides what to make of it.
         """
-        return self.interpret(self.read(as_page(drawing)))
+        return self.interpret(self.read(as_page(drawing), head))
 
     def interpret(self, reading: Reading) -> Detection:
         """The networks' answer as probabilities, decisions and intensities."""
-        probability = sigmoid(reading.logits / self._temperatures)
+        probability = sigmoid(self.log_odds(reading.logits))
         probabilities = dict(zip(self.aus, probability.tolist(), strict=True))
         strong = {
             name: float(np.clip(value, ACTIVE, FULL))
@@ -119,8 +165,12 @@ class Detector:
             else 0.0
             for name, value in zip(self.aus, reading.intensities, strict=True)
         }
-        intensities = settle(likelier_side(strong, probabilities))
+        intensities = settle(strong, probabilities)
         yaw, pitch, roll = reading.angles.tolist()
+        face = float(sigmoid(np.array(reading.face / self._face_temperature)))
+        height = float(np.ptp(reading.landmarks[self._bounding, 1]))
+        # What the spread is learnt as is the mean of a distance: it is distributed exponentially.
+        close = 1 - np.exp(-CLOSE * height / np.maximum(reading.spreads, 1e-9))
         return Detection(
             probabilities=probabilities,
             active={name: value > 0 for name, value in intensities.items()},
@@ -130,44 +180,66 @@ class Detector:
                 name: (float(u), float(v))
                 for name, (u, v) in zip(self.landmarks, reading.landmarks, strict=True)
             },
-            face_probability=float(sigmoid(np.array(reading.face / self._face_temperature))),
+            confidences=dict(zip(self.landmarks, close.tolist(), strict=True)),
+            faces=((Face(reading.box, face),) if face >= LEAST_FACE else ()) + reading.others,
+            face_probability=face,
         )
 
-    def read(self, page: Floats) -> Reading:
-        """Two looks at a page of ink (h, w): at all of it, then at the face found there.
+    def log_odds(self, logits: NDArray) -> NDArray[np.float64]:
+        """Calibrated, of raw logits (..., k)."""
+        return logits / self._temperatures
 
-        The second look is taken together with its mirror image and the two are averaged, so that a
-        mirrored drawing gives the mirrored answer.
+    def read(self, page: Floats, head: Crop | None = None) -> Reading:
+        """Three looks at a page of ink (h, w).
+
+        The first at all of it, or at the given `head`, finds the faces. The second at the box of
+        the largest finds its landmarks, and so a better box; if no face was found, the first look
+        is taken for it. The third, at that box, reads the face. A box that the third look sees no
+        face in is given up for the next smaller one, and in the end for all the ink.
         """
-        whole = ink_box(page)
+        whole = ink_box(page) if head is None else squared(head)
         first = self.look(area_resample(page, whole, self.size)[None])
-        found = whole.to_page(first.landmarks[0])
-        near = face_box(found[self._bounding])
-        if near.width < 0.1 * whole.width:  # all landmarks in one spot: there is no face to look at
-            near = whole
-        second = self.look_both_ways(area_resample(page, near, self.size))
+        faces = faces_on(first.found[0], whole)
+        for face in faces[:TRIES]:
+            faces = [other for other in faces if other is not face]
+            room = widened(face.box, ROOM)
+            second = self.look(area_resample(page, room, self.size)[None])
+            box = self._face_in(second, room, LEAST_OF_BOX) or face.box
+            third = self.look_both_ways(area_resample(page, box, self.size))
+            if third.face[0] > 0:
+                break
+        else:
+            box = self._face_in(first, whole, LEAST_OF_INK) or whole
+            third = self.look_both_ways(area_resample(page, box, self.size))
         return Reading(
-            second.logits[0],
-            second.intensities[0],
-            second.angles[0],
-            near.to_page(second.landmarks[0]),
-            float(first.face[0] + second.face[0]) / 2,
+            third.logits[0],
+            third.intensities[0],
+            third.angles[0],
+            box.to_page(third.landmarks[0]),
+            np.exp(third.spreads[0].astype(float)) * box.width,
+            float(first.face[0] + third.face[0]) / 2,
+            box,
+            tuple(other for other in faces if not echo(other.box, box)),
         )
+
+    def _face_in(self, seen: Answers, crop: Crop, least: float) -> Crop | None:
+        """The box of the landmarks that were seen in a crop, unless they are all in one spot."""
+        box = face_box(crop.to_page(seen.landmarks[0, self._bounding]))
+        return box if box.width >= least * crop.width else None
 
     def look(self, crops: Floats) -> Answers:
-        """Run the networks on crops (b, size, size) of ink; landmarks come in crop units."""
-        ink = np.stack([even_ink(crop) for crop in crops])[:, None]
-        units, landmarks, angles, face = self._session.run(None, {"ink": ink})[:4]
-        return Answers(
-            units[:, :, 1] - units[:, :, 0],
-            units[:, :, 2] * FULL,
-            angles,
-            landmarks[:, :, :2],
-            face,
-        )
+        """Run the networks on crops (b, size, size) of ink; lengths come in crop units."""
+        return self.run(np.stack([even_ink(crop) for crop in crops]))
+
+    def run(self, ink: Floats) -> Answers:
+        """The same for ink that is as dark as the networks know it."""
+        return self._networks.run(ink)
 
     def look_both_ways(self, crop: Floats) -> Answers:
-        """Mean of a crop's (size, size) answers and of its mirror image's, mirrored back."""
+        """Mean of a crop's (size, size) answers and of its mirror image's, mirrored back.
+
+        A mirrored crop gives the mirrored answer. `found` is that of the crop alone.
+        """
         a = self.look(np.stack([crop, crop[:, ::-1]]))
         flipped = a.landmarks[1, self._landmark_mirror] * (-1, 1) + (1, 0)
         return Answers(
@@ -175,93 +247,10 @@ class Detector:
             (a.intensities[:1] + a.intensities[1:, self._au_mirror]) / 2,
             (a.angles[:1] + a.angles[1:] * (-1, 1, -1)) / 2,
             (a.landmarks[:1] + flipped[None]) / 2,
+            (a.spreads[:1] + a.spreads[1:, self._landmark_mirror]) / 2,
             (a.face[:1] + a.face[1:]) / 2,
+            a.found[:1],
         )
-
-
-@dataclass(frozen=True)
-class Answers:
-    """Raw outputs for b crops: logits and intensities (b, k), angles (b, 3), landmarks (b, m, 2),
-    face (b,); units as in `Reading`, landmarks in crop units."""
-
-    logits: NDArray
-    intensities: NDArray
-    angles: NDArray
-    landmarks: NDArray
-    face: NDArray
-
-
-def likelier_side(
-    intensities: dict[str, float], probabilities: dict[str, float]
-) -> dict[str, float]:
-    """Of a left and a right control that are both active keep the likelier, if one is in doubt.
-
-    By the rule of left and right never both are, so that two that are says which side is uncertain;
-    unless both are more likely than not, which is a symmetric action seen twice.
-    """
-    kept = dict(intensities)
-    for left in intensities:
-        right = left.removesuffix("_left") + "_right"
-        if left.endswith("_left") and right in kept and kept[left] and kept[right]:
-            doubtful = min(left, right, key=probabilities.__getitem__)
-            if probabilities[doubtful] < 0.5:
-                kept[doubtful] = 0.0
-    return kept
-
-
-def settle(intensities: dict[str, float]) -> dict[str, float]:
-    """The rule of left and right on detected intensities (0 = not active).
-
-    What both sides share belongs to the symmetric control and the rest to its side
-    (`labels.resolve_sides`); no side is carried beyond a full natural activation by the sum of the
-    two, and what is left of a side under `ACTIVE` is dropped. Idempotent.
-    """
-    settled = resolve_sides(intensities)
-    for name in intensities:
-        for side in (f"{name}_left", f"{name}_right"):
-            if side in settled:
-                settled[name] = min(settled[name], FULL)
-                rest = min(settled[side], FULL - settled[name])
-                settled[side] = rest if rest >= ACTIVE else 0.0
-    return settled
-
-
-def read_description(folder: Path) -> dict[str, Any]:
-    """model.json of a weights folder; ValueError names the file if it is missing or damaged."""
-    path = Path(folder) / DESCRIPTION
-    try:
-        model = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ValueError(
-            f"{path} is missing: install the package again, or train with `sketch2face train`."
-        ) from None
-    except ValueError:
-        raise ValueError(f"{path} is damaged: install the package again.") from None
-    if model.get("format") != FORMAT:
-        raise ValueError(
-            f"{path} has format {model.get('format')}, this version reads {FORMAT}: weights and"
-            " program must come from the same release."
-        )
-    return model
-
-
-def open_session(path: Path, sha256: str, threads: int):
-    """ONNX Runtime on a weights file; ValueError names it if its checksum is not the known one."""
-    try:
-        weights = path.read_bytes()
-    except OSError:
-        raise ValueError(f"{path} cannot be read: install the package again.") from None
-    if hashlib.sha256(weights).hexdigest() != sha256:
-        raise ValueError(f"{path} is damaged or of another version: install the package again.")
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.inter_op_num_threads = 1
-    options.log_severity_level = 3
-    # Waiting threads sleep: the host (Blender) has better use for the cores.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    return onnxruntime.InferenceSession(weights, options, providers=["CPUExecutionProvider"])
 
 
 @lru_cache(maxsize=4)

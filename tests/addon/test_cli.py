@@ -179,11 +179,6 @@ def test_generate_without_dask_names_the_extra(capsys, folder, monkeypatch):
     assert not contents(folder)
 
 
-def test_explain_takes_one_sketch(capsys, folder):
-    said = refused(capsys, "detect", SKETCH, SKETCH, "--explain", "why.png")
-    assert "--explain takes a single sketch" in said
-
-
 def test_a_fault_of_ours_is_not_blamed_on_the_sketch(capsys, monkeypatch):
     def broken(options):
         raise ZeroDivisionError("a bug")
@@ -435,46 +430,6 @@ def test_captions_fit_their_line():
     assert line.shape[1] == 90
     assert (line[:, -2:] == sheet.PAPER).all()  # cut with an ellipsis, not at the edge
     assert (sheet.text_line(400, long, 13) != sheet.PAPER).any()
-
-
-def test_detect_prints_an_object_a_line(capsys):
-    sketches = sorted(str(path) for path in SKETCHES.glob("*.png"))
-    assert cli.main(["detect", *sketches, "--json"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    answers = [json.loads(line) for line in said.out.splitlines()]
-    assert [answer["sketch"] for answer in answers] == sketches
-    for answer in answers:
-        assert set(answer["aus"]) >= set(DETECTED)
-        for au in answer["aus"].values():
-            assert set(au) == {"probability", "active", "intensity"}
-            assert 0 <= au["probability"] <= 1
-            assert 0 <= au["intensity"] <= 5
-            assert isinstance(au["active"], bool)
-        assert set(answer["head"]) == {"yaw", "pitch", "roll"}
-        assert answer["model"]
-
-
-def test_detect_goes_on_after_a_sketch_that_fails(capsys):
-    assert cli.main(["detect", str(SKETCH), "nobody.png", str(SKETCH), "--json"]) == 2
-    said = capsys.readouterr()
-    assert len(said.out.splitlines()) == 2
-    assert said.err.count("\n") == 1 and "nobody.png" in said.err
-
-
-def test_detect_for_people(capsys):
-    assert cli.main(["detect", str(SKETCH)]) == 0
-    said = capsys.readouterr().out
-    assert str(SKETCH) in said and all(name in said for name in DETECTED)
-
-
-def test_explain_draws_a_picture(capsys, folder):
-    small = Image.open(SKETCH).resize((192, 192))
-    small.save("small.png")
-    assert cli.main(["detect", "small.png", "--explain", "why.png"]) == 0
-    picture = np.asarray(Image.open("why.png"))
-    assert picture.ndim == 3
-    assert (np.ptp(picture, axis=2) > 40).any()  # some strokes are coloured
 
 
 def test_fit_writes_face_report_and_preview(capsys, folder):

@@ -7,11 +7,14 @@ import shutil
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from classifiers import load_detector, shards
 from classifiers.detector import Detector, Reading
+from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
-from classifiers.preprocess import as_page
+from classifiers.preprocess import FACE_MARGIN, Crop, as_page
+from classifiers.runtime import Answers, upgraded
 from facs_rig import DETECTED, LANDMARKS
 
 
@@ -36,6 +39,9 @@ def test_a_detection_is_complete_and_in_range(detector, drawing):
     assert tuple(found.landmarks) == LANDMARKS
     assert len(found.head) == 3 and all(abs(angle) < np.pi for angle in found.head)
     assert 0 <= found.face_probability <= 1
+    assert tuple(found.confidences) == LANDMARKS
+    assert all(0 <= p <= 1 for p in found.confidences.values())
+    assert bool(found.faces) or found.face_probability < 0.5
     assert set(found.expression()) == {name for name in DETECTED if found.active[name]}
 
 
@@ -72,22 +78,205 @@ def test_the_second_look_of_a_mirrored_crop_is_the_mirrored_answer(detector, rng
     np.testing.assert_allclose(b.landmarks, a.landmarks[:, order] * (-1, 1) + (1, 0), atol=1e-4)
 
 
-def test_thresholds_and_the_rule_of_sides_decide(detector, monkeypatch):
+def reading(**changes) -> Reading:
+    """An answer in which nothing is active."""
+    count = len(DETECTED)
+    nothing = {
+        "logits": np.full(count, -40.0),
+        "intensities": np.full(count, 0.2),
+        "angles": np.zeros(3),
+        "landmarks": np.zeros((len(LANDMARKS), 2)),
+        "spreads": np.ones(len(LANDMARKS)),
+        "face": 3.0,
+        "box": Crop(10, 20, 30, 30),
+    }
+    return Reading(**(nothing | changes))
+
+
+def test_thresholds_and_the_rules_of_conflicts_decide(detector, monkeypatch):
     k = {name: i for i, name in enumerate(DETECTED)}
     logits = np.full(len(DETECTED), -40.0)
     intensities = np.full(len(DETECTED), 0.2)
     for name, value in (("smile", 7.3), ("grimace_left", 4.0), ("grimace_right", 2.5)):
         logits[k[name]], intensities[k[name]] = 40, value
-    points = np.zeros((len(LANDMARKS), 2))
-    found = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
+    both = reading(logits=logits, intensities=intensities)
+    found = detector.interpret(both)
     assert found.expression() == pytest.approx({"grimace": 2.5, "grimace_left": 1.5, "smile": 5.0})
     logits[k["grimace_right"]] = -0.5  # in doubt beside a certain left: it is the left alone
     monkeypatch.setitem(detector._thresholds, "grimace_right", 0.05)
-    one = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
+    one = detector.interpret(both)
     assert one.expression() == pytest.approx({"grimace_left": 4.0, "smile": 5.0})
     logits[k["sneer"]] = 40  # certain but faint: an active control is at least at 1
-    found = detector.interpret(Reading(logits, intensities, np.zeros(3), points, 3.0))
-    assert found.intensities["sneer"] == ACTIVE
+    assert detector.interpret(both).intensities["sneer"] == ACTIVE
+    logits[k["wince"]], intensities[k["wince"]] = -0.5, 3  # the sneer's folds again
+    monkeypatch.setitem(detector._thresholds, "wince", 0.05)
+    assert not detector.interpret(both).active["wince"]
+
+
+def test_confidence_is_the_chance_to_be_within_two_percent_of_the_faces_height(detector, rng):
+    places = np.zeros((len(LANDMARKS), 2))
+    places[LANDMARKS.index("chin"), 1] = 200
+    spreads = rng.uniform(0.5, 20, len(LANDMARKS))
+    found = detector.interpret(reading(landmarks=places, spreads=spreads))
+    for name, spread in zip(LANDMARKS, spreads, strict=True):
+        distances = rng.exponential(spread, 4000)
+        assert found.confidences[name] == pytest.approx(np.mean(distances < 4), abs=0.04)
+
+
+def test_the_others_on_the_page_are_told(detector):
+    other = Face(Crop(100, 0, 10, 10), 0.8)
+    alone = detector.interpret(reading())
+    assert alone.faces == (Face(Crop(10, 20, 30, 30), alone.face_probability),)
+    assert alone.left_out() == ""
+    two = detector.interpret(reading(others=(other,)))
+    assert two.left_out().startswith("Another face is drawn on the page; the largest was read")
+    three = detector.interpret(reading(others=(other, other)))
+    assert three.left_out().startswith("2 other faces are drawn")
+    assert two.faces_to_json((2, 3))[1] == {"box": [200, 0, 220, 30], "probability": 0.8}
+    assert detector.interpret(reading(face=-30.0)).faces == ()
+
+
+class Blobs:
+    """Stands in for the networks: a face is a black square, seen if its middle is black.
+
+    The finder believes every blob. `certain` false: as networks that never find anything.
+    """
+
+    def __init__(self, certain=True, collapsed=False) -> None:
+        self.certain, self.collapsed, self.looks = certain, collapsed, 0
+
+    def run(self, ink: np.ndarray) -> Answers:
+        self.looks += 1
+        n, size = ink.shape[:2]
+        cells = 8
+        found = np.full((n, cells, cells, 4), -9.0)
+        landmarks = np.full((n, len(LANDMARKS), 2), 0.5)
+        face = np.full(n, -6.0)
+        for k, page in enumerate(ink):
+            labels, _ = ndimage.label(ndimage.binary_fill_holes(page > 0.3))
+            blobs = []
+            for v, u in ndimage.find_objects(labels):
+                side = u.stop - u.start  # square: what is missing was cut off above
+                blobs.append((side, (u.start + u.stop) / 2, v.stop - side / 2))
+            for side, u, v in blobs:
+                i, j = (min(max(int(x / size * cells), 0), cells - 1) for x in (v, u))
+                offset = u / size * cells - j - 0.5, v / size * cells - i - 0.5
+                share = side * FACE_MARGIN / size
+                found[k, i, j] = (6.0 if self.certain else -9.0), *offset, np.log(share)
+            if blobs:
+                side, u, v = max(blobs)
+                if any(page[min(int(y), size - 1), int(x)] > 0.3 for _, x, y in blobs):
+                    face[k] = 6.0
+                if not self.collapsed:
+                    landmarks[k] = (np.array([u, v]) + side * CORNERS) / size
+        none = np.zeros((n, len(DETECTED)))
+        spreads = np.full((n, len(LANDMARKS)), -4.0)
+        return Answers(none - 9, none, np.zeros((n, 3)), landmarks, spreads, face, found)
+
+
+# Where the stand-in sees landmarks on a square of side 1: right and left edge, top and bottom.
+CORNERS = np.array(
+    [
+        (
+            0.5 if name.endswith("_left") else -0.5 if name.endswith("_right") else 0.0,
+            0.5 if "chin" in name or "jaw" in name else -0.5,
+        )
+        for name in LANDMARKS
+    ]
+)
+
+
+def page_with(*squares, shape=(300, 500)) -> np.ndarray:
+    """Black squares (left, top, side) on white; a negative side leaves the middle white."""
+    page = np.ones(shape, np.float32)
+    for left, top, side in squares:
+        width = abs(side)
+        page[max(top, 0) : top + width, max(left, 0) : left + width] = 0
+        if side < 0:
+            hole = slice(top + width // 4, top + width - width // 4)
+            page[hole, left + width // 4 : left + width - width // 4] = 1
+    return page
+
+
+@pytest.fixture
+def seeing(detector, monkeypatch):
+    """The detector with other networks."""
+
+    def exchange(networks):
+        monkeypatch.setattr(detector, "_networks", networks)
+        return detector
+
+    return exchange
+
+
+def assert_box(face: Face, left, top, side, within=0.06):
+    """The face's box is that of a square, with the margin of `face_box`."""
+    width = side * FACE_MARGIN
+    expected = left - (width - side) / 2, top - (width - side) / 2, width
+    box = face.box
+    np.testing.assert_allclose((box.left, box.top, box.width), expected, atol=within * side)
+
+
+def test_the_largest_of_several_faces_is_read(seeing):
+    squares = [(20, 30, 60), (150, 40, 120), (380, 180, 90)]
+    found = seeing(Blobs()).detect(page_with(*squares))
+    assert len(found.faces) == 3
+    for face, square in zip(found.faces, (squares[1], squares[2], squares[0]), strict=True):
+        assert_box(face, *square, within=0.2 if face is not found.faces[0] else 0.06)
+    assert found.left_out().startswith("2 other faces")
+    np.testing.assert_allclose(found.landmarks["pupil_left"], (270, 40), atol=4)
+    np.testing.assert_allclose(found.landmarks["chin"], (210, 160), atol=4)
+
+
+def test_a_small_face_in_a_corner_is_read_from_near(seeing):
+    page = page_with((20, 40, 64), shape=(600, 600))
+    page[560:565, 20:580] = 0  # a line at the bottom widens what is looked at first
+    found = seeing(Blobs()).detect(page)
+    assert_box(found.faces[0], 20, 40, 64)
+
+
+def test_what_is_no_face_from_near_is_given_up_for_the_next(seeing):
+    found = seeing(Blobs()).detect(page_with((20, 30, -200), (330, 60, 120)))
+    assert_box(found.faces[0], 330, 60, 120)
+    assert len(found.faces) == 1 and found.face_probability > 0.5
+    nothing = seeing(Blobs()).detect(page_with((20, 30, -200)))
+    assert nothing.face_probability < 0.5
+    assert nothing.faces == ()
+
+
+def test_without_a_sure_face_all_ink_is_taken_for_one(seeing):
+    blind = Blobs(certain=False)
+    found = seeing(blind).detect(page_with((150, 40, 120)))
+    assert blind.looks == 2
+    assert_box(found.faces[0], 150, 40, 120)
+    assert len(found.faces) == 1
+
+
+def test_landmarks_in_one_spot_leave_the_box_as_it_was_found(seeing):
+    found = seeing(Blobs(collapsed=True)).detect(page_with((150, 40, 120), (10, 10, 40)))
+    assert_box(found.faces[0], 150, 40, 120, within=0.1)
+    whole = seeing(Blobs(certain=False, collapsed=True)).read(1 - page_with((150, 40, 120)))
+    assert whole.box.width == pytest.approx(120 * 1.06, rel=0.03)
+
+
+def test_a_face_may_be_cut_off_by_the_pages_edge(seeing):
+    found = seeing(Blobs()).detect(page_with((150, -40, 160), shape=(300, 400)))
+    assert_box(found.faces[0], 150, -40, 160)
+    assert found.landmarks["forehead"][1] < -30
+
+
+def test_where_the_head_is_can_be_told(seeing):
+    page = page_with((150, 40, 120), (380, 180, 90))
+    found = seeing(Blobs()).detect(page, Crop(340, 160, 140, 135))
+    assert_box(found.faces[0], 380, 180, 90)
+    assert len(found.faces) == 1
+
+
+def test_networks_of_before_are_understood():
+    answers = upgraded({"landmarks": np.zeros((2, 5, 2), np.float32)})
+    assert answers["landmarks"].shape == (2, 5, 3)
+    assert np.exp(answers["landmarks"][..., 2]).max() < 1e-6
+    assert answers["found"].shape == (2, 1, 1, 4) and answers["found"].max() < -9
 
 
 def test_no_drawing_no_detection(detector):
@@ -114,4 +303,21 @@ def test_damaged_or_missing_weights_are_named(fresh_weights, tmp_path):
         Detector(folder)
     description.write_text("{")
     with pytest.raises(ValueError, match=r"model\.json is damaged"):
+        Detector(folder)
+    description.write_text("[]")
+    with pytest.raises(ValueError, match=r"model\.json is damaged"):
+        Detector(folder)
+    description.write_text(json.dumps({"format": model["format"], "weights": "detector.onnx"}))
+    with pytest.raises(ValueError, match=r"model\.json lacks .*aus.*thresholds"):
+        Detector(folder)
+
+
+@pytest.mark.parametrize("names", ["aus", "landmarks"])
+def test_weights_that_belong_to_another_description_are_named(fresh_weights, tmp_path, names):
+    folder = tmp_path / "copy"
+    shutil.copytree(fresh_weights, folder)
+    model = json.loads((folder / "model.json").read_text())
+    model[names] = model[names][:-1]
+    (folder / "model.json").write_text(json.dumps(model))
+    with pytest.raises(ValueError, match=r"detector\.onnx does not belong to the model\.json"):
         Detector(folder)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from classifiers.detector import settle
+from classifiers.conflicts import shared
 from classifiers.labels import (
     ACTIVE,
     FULL,
@@ -47,11 +47,11 @@ def test_one_grimace_said_in_two_ways_is_one():
 
 @given(detected, detected, detected)
 def test_detected_grimaces_never_stack(both, left, right):
-    found = settle(dict(zip(GRIMACES, (both, left, right), strict=True)))
+    found = shared(dict(zip(GRIMACES, (both, left, right), strict=True)))
     assert max(sides(found)) <= FULL + 1e-9
     assert found["grimace_left"] == 0 or found["grimace_right"] == 0
     assert all(value == 0 or ACTIVE <= value <= FULL for value in found.values())
-    assert settle(found) == found
+    assert shared(found) == found
     if left and right:
         assert found["grimace"] >= min(left, right)
 

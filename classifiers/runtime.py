@@ -1,0 +1,135 @@
+"""The shipped networks in ONNX Runtime: checked, opened, run. numpy and nothing else besides."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .labels import FULL
+from .preprocess import Floats
+
+WEIGHTS = Path(__file__).parent / "weights"
+DESCRIPTION = "model.json"
+FORMAT = 1
+THREADS = 2
+KEYS = {
+    "weights", "sha256", "size", "aus", "landmarks", "temperatures", "thresholds",
+    "face_temperature",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the networks say of b crops.
+
+    logits : (b, k) yes minus no      intensities : (b, k) 0..5      angles : (b, 3) radians
+    landmarks : (b, m, 2) crop units      spreads : (b, m) log of their expected error, crop units
+    face : (b,) logit that there is one      found : (b, c, c, 4) see `finding.faces_on`
+    """
+
+    logits: NDArray
+    intensities: NDArray
+    angles: NDArray
+    landmarks: NDArray
+    spreads: NDArray
+    face: NDArray
+    found: NDArray
+
+
+class Runtime:
+    """The networks of a weights folder and its description, `model`."""
+
+    def __init__(self, folder: Path, threads: int = THREADS) -> None:
+        self.model = read_description(folder)
+        path = Path(folder) / self.model["weights"]
+        self._session = open_session(path, self.model["sha256"], threads)
+        self._outputs = [output.name for output in self._session.get_outputs()]
+        self._check(path)
+
+    def run(self, ink: Floats) -> Answers:
+        """The answers for crops (b, size, size) of ink as the networks know it (`even_ink`)."""
+        values = self._session.run(None, {"ink": ink[:, None]})
+        answers = upgraded(dict(zip(self._outputs, values, strict=True)))
+        units, places = answers["units"], answers["landmarks"]
+        return Answers(
+            units[:, :, 1] - units[:, :, 0],
+            units[:, :, 2] * FULL,
+            answers["angles"],
+            places[:, :, :2],
+            places[:, :, 2],
+            answers["face"],
+            answers["found"],
+        )
+
+    def _check(self, path: Path) -> None:
+        """ValueError if the networks are not those that the description is of."""
+        shapes = {output.name: output.shape for output in self._session.get_outputs()}
+        counts = {"units": len(self.model["aus"]), "landmarks": len(self.model["landmarks"])}
+        known = {"angles", "face"} <= set(shapes)
+        if not known or any(shapes.get(name, [0, 0])[1] != n for name, n in counts.items()):
+            raise ValueError(
+                f"{path} does not belong to the {DESCRIPTION} beside it: install the package again."
+            )
+
+
+def upgraded(answers: dict[str, NDArray]) -> dict[str, NDArray]:
+    """Answers of networks that only looked at all ink and were sure of every landmark.
+
+    Until such weights are replaced: then this function goes, and `found` into `_check`.
+    """
+    places = answers["landmarks"]
+    if places.shape[2] == 2:
+        certain = ((0, 0), (0, 0), (0, 1))
+        answers["landmarks"] = np.pad(places, certain, constant_values=-20)
+    if "found" not in answers:
+        answers["found"] = np.full((len(places), 1, 1, 4), -60, np.float32)
+    return answers
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """model.json of a weights folder; ValueError names the file if it is missing or damaged."""
+    path = Path(folder) / DESCRIPTION
+    try:
+        model = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ValueError(
+            f"{path} is missing: install the package again, or train with `sketch2face train`."
+        ) from None
+    except ValueError:
+        raise ValueError(f"{path} is damaged: install the package again.") from None
+    if not isinstance(model, dict):
+        raise ValueError(f"{path} is damaged: install the package again.")
+    if model.get("format") != FORMAT:
+        raise ValueError(
+            f"{path} has format {model.get('format')}, this version reads {FORMAT}: weights and"
+            " program must come from the same release."
+        )
+    missing = sorted(KEYS - set(model))
+    if missing:
+        raise ValueError(f"{path} lacks {', '.join(missing)}: install the package again.")
+    return model
+
+
+def open_session(path: Path, sha256: str, threads: int):
+    """ONNX Runtime on a weights file; ValueError names it if its checksum is not the known one."""
+    try:
+        weights = path.read_bytes()
+    except OSError:
+        raise ValueError(f"{path} cannot be read: install the package again.") from None
+    if hashlib.sha256(weights).hexdigest() != sha256:
+        raise ValueError(f"{path} is damaged or of another version: install the package again.")
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    # Waiting threads sleep: the host (Blender) has better use for the cores.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    return onnxruntime.InferenceSession(weights, options, providers=["CPUExecutionProvider"])
