@@ -18,7 +18,7 @@ from .detector import Detection, Detector
 from .labels import mirror_order
 from .preprocess import Crop, Floats, area_resample, as_page, even_ink
 
-GRIDS = (6, 12)  # patches along a side, once for long creases and once for where exactly
+GRIDS = (5, 10)  # patches along a side, once for long creases and once for where exactly
 SOFTNESS = 0.6  # a patch's standard deviation, in the distance of two patches
 BATCH = 16
 LEAST_INK = 0.002  # of the crop's: a patch that would erase less is not worth a look

@@ -80,7 +80,8 @@ def as_page(drawing: NDArray) -> Floats:
         raise ValueError(
             f"A drawing's values must lie between 0 (ink) and 1 (paper), not {low:g} to {high:g}."
         )
-    return np.clip(1 - array, 0, 1).astype(np.float32)
+    ink = np.subtract(1, array, dtype=np.float32, casting="same_kind")
+    return np.clip(ink, 0, 1, out=ink)  # in place: pages may be large
 
 
 def area_resample(ink: NDArray, crop: Crop, size: int) -> Floats:

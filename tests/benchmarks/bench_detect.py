@@ -33,32 +33,41 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("sketches", nargs="*", type=Path)
     parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--weights", type=Path, help="folder of other networks")
     args = parser.parse_args()
     drawings = {
         str(path): np.asarray(Image.open(path).convert("L")) / np.float32(255)
         for path in args.sketches
     } or {f"strokes, {size} x {size} px": strokes(size) for size in (256, 512, 2048)}
 
-    begun = time.perf_counter()
-    from classifiers import load_detector
+    laps = [time.perf_counter()]
+    import onnxruntime  # noqa: F401
 
-    imported = time.perf_counter()
-    detector = load_detector()
-    loaded = time.perf_counter()
+    laps.append(time.perf_counter())
+    from classifiers import load_detector
+    from classifiers.evidence import evidence
+
+    laps.append(time.perf_counter())
+    detector = load_detector(args.weights) if args.weights else load_detector()
+    laps.append(time.perf_counter())
     detector.detect(next(iter(drawings.values())))
-    first = time.perf_counter()
-    print(
-        f"import {1000 * (imported - begun):.0f} ms, load {1000 * (loaded - imported):.0f} ms,",
-        end=" ",
-    )
-    print(f"first detection {1000 * (first - loaded):.0f} ms")
+    laps.append(time.perf_counter())
+    stages = ("import of ONNX Runtime", "of the detector", "load", "first detection")
+    for stage, lap in zip(stages, np.diff(laps), strict=True):
+        print(f"{stage} {1000 * lap:.0f} ms", end="\n" if stage == stages[-1] else ", ")
     for name, drawing in drawings.items():
         times = []
         for _ in range(args.repeats):
             begun = time.perf_counter()
             detector.detect(drawing)
             times.append(1000 * (time.perf_counter() - begun))
-        print(f"{name}: {np.median(times):.1f} ms warm (best {min(times):.1f})")
+        begun = time.perf_counter()
+        evidence(drawing, detector)
+        explained = time.perf_counter() - begun
+        print(
+            f"{name}: {np.median(times):.1f} ms warm (best {min(times):.1f}),"
+            f" evidence for all {len(detector.aus)} controls {explained:.2f} s"
+        )
 
 
 if __name__ == "__main__":
