@@ -53,7 +53,7 @@ class Detection:
     intensities : 0 if not active, else 1..5        head : yaw, pitch, roll in radians
     landmarks : name -> (u, v) pixels of the drawing; off the page if the face is cut off
     confidences : how probable it is that each landmark is within 2% of the face's height, 0..1
-    faces : the face that was read, if there is one, and the others on the page, largest first
+    faces : the face that was read and the others on the page, largest first; none if it is none
     face_probability : that there is a face
     """
 
@@ -181,7 +181,7 @@ class Detector:
                 for name, (u, v) in zip(self.landmarks, reading.landmarks, strict=True)
             },
             confidences=dict(zip(self.landmarks, close.tolist(), strict=True)),
-            faces=((Face(reading.box, face),) if face >= LEAST_FACE else ()) + reading.others,
+            faces=(Face(reading.box, face), *reading.others) if face >= LEAST_FACE else (),
             face_probability=face,
         )
 

@@ -133,7 +133,8 @@ def test_the_others_on_the_page_are_told(detector):
     three = detector.interpret(reading(others=(other, other)))
     assert three.left_out().startswith("2 other faces are drawn")
     assert two.faces_to_json((2, 3))[1] == {"box": [200, 0, 220, 30], "probability": 0.8}
-    assert detector.interpret(reading(face=-30.0)).faces == ()
+    none = detector.interpret(reading(face=-30.0, others=(other,)))
+    assert none.faces == () and none.left_out() == ""
 
 
 class Blobs:
