@@ -1,6 +1,7 @@
-"""How well the detector does on a folder of shards: `sketch2face evaluate --data DIR`.
+"""How well the detector does on folders of shards: `sketch2face evaluate --data DIR`.
 
-Without a folder the figures that were measured when the weights were made are shown.
+Each folder is a test set of its own. Without one the figures that were measured when the weights
+were made are shown. With `--baseline` the networks of `train --baseline` are measured instead.
 """
 
 from __future__ import annotations
@@ -9,19 +10,113 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig import DETECTED
+
 from . import metrics, shards
-from .detector import WEIGHTS, Detector, Reading, load_detector
+from .detector import ANGLES, CLOSE, WEIGHTS, Detector, Reading, load_detector
 from .labels import Targets, encode
 from .preprocess import Floats, as_page
 
-UNIT_FIGURES = ("yes", "accuracy", "balanced_accuracy", "f1", "auc", "ece")
+UNIT_FIGURES = ("yes", "accuracy", "balanced_accuracy", "f1", "auc", "ece", "intensity_error")
+MEANS = {"mean": "mean", "mean_of_the_twelve": "mean of the twelve"}
+
+YAWS = (0, 10, 25, np.inf)
+ACTIONS = (0, 1, 3, 6, np.inf)
+# What `--split` can tell apart: a drawing's group, from its record.
+SPLITS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    "engine": lambda record: str(record.get("engine")),
+    "scheme": lambda record: str(record.get("scheme")),
+    "look": lambda record: str(record.get("style", {}).get("look")),
+    "kinds": lambda record: " + ".join(record.get("kinds", ("unknown",))),
+    "detail": lambda record: str(record.get("detail")),
+    "yaw": lambda record: band(abs(record["head"]["yaw"]), YAWS, "°"),
+    "actions": lambda record: band(sum(v > 0 for v in record["aus"].values()), ACTIONS),
+}
+# `--split strength`: how well actions of a strength are told from drawings without them. Labels end
+# at a full natural activation, so that what was drawn with more counts to the last.
+STRENGTHS = (1, 2, 3.5, np.inf)
+STRENGTH = "strength"
+
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What was answered to n drawings; nan where a detector says nothing of a thing.
+
+    probability, active, intensity : (n, k), the last 0..5 as if the unit were active
+    angles : (n, 3) radians      landmarks : (n, m, 2) pixels of the drawing
+    confidence : (n, m) how probable a landmark is within `CLOSE`      face : (n,) probability
+    """
+
+    probability: NDArray[np.float64]
+    active: NDArray[np.bool_]
+    intensity: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    landmarks: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    face: NDArray[np.float64]
+
+    def take(self, index: NDArray) -> Answers:
+        return Answers(**{name: values[index] for name, values in vars(self).items()})
+
+
+Row = tuple[Sequence[float], Sequence[bool], NDArray, Sequence[float], Any, Sequence[float], float]
+
+
+class Reader(Protocol):
+    """Whatever can be evaluated: a page of ink (h, w) in, a row of each field of Answers out."""
+
+    @property
+    def aus(self) -> tuple[str, ...]: ...
+
+    @property
+    def landmarks(self) -> tuple[str, ...]: ...
+
+    def row(self, page: Floats) -> Row: ...
+
+
+@dataclass(frozen=True)
+class DetectorReader:
+    """The detector, with all that it decides."""
+
+    detector: Detector
+
+    @property
+    def aus(self) -> tuple[str, ...]:
+        return self.detector.aus
+
+    @property
+    def landmarks(self) -> tuple[str, ...]:
+        return self.detector.landmarks
+
+    def row(self, page: Floats) -> Row:
+        return self.answer(self.detector.read(page))
+
+    def answer(self, reading: Reading) -> Row:
+        said = self.detector.interpret(reading)
+        return (
+            list(said.probabilities.values()),
+            list(said.active.values()),
+            reading.intensities,
+            said.head,
+            reading.landmarks,
+            list(said.confidences.values()),
+            said.face_probability,
+        )
+
+
+def stacked(rows: Sequence[Row]) -> Answers:
+    return Answers(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def pages_of(drawings: Iterable[NDArray[np.uint8]]) -> Iterator[Floats]:
@@ -33,43 +128,126 @@ def read_all(detector: Detector, pages: Iterable[Floats]) -> list[Reading]:
     return [detector.read(page) for page in pages]
 
 
-def figures(detector: Detector, readings: Sequence[Reading], targets: Targets) -> dict[str, Any]:
-    """All figures of n readings against their targets (landmarks in pixels of the same pages).
+def mean(values: Iterable[float]) -> float:
+    """Of those that are known; nan if none is."""
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def unit_figures(aus: Sequence[str], answers: Answers, targets: Targets) -> dict[str, Any]:
+    """Figures of each unit (`UNIT_FIGURES`), their means over all and over the twelve of DETECTED.
 
     Per unit: share of yes, accuracy, balanced accuracy, F1, AUC, calibration error (ECE), mean
-    intensity error where it is active. In all: means over the units, mean angle errors in degrees,
-    mean landmark error relative to the face's height, share of drawings seen as a face.
+    intensity error where it is active. Undecided drawings (targets of nan) do not count.
     """
-    detections = [detector.interpret(reading) for reading in readings]
     units = {}
-    for k, name in enumerate(detector.aus):
+    for k, name in enumerate(aus):
         truth = targets.active[:, k]
-        probability = np.array([d.probabilities[name] for d in detections])
-        said = np.array([d.active[name] for d in detections])
-        raw = np.array([r.intensities[k] for r in readings])
+        probability = answers.probability[:, k]
         yes = truth == 1
+        off = np.abs(answers.intensity[:, k] - targets.intensity[:, k])[yes]
         units[name] = {
-            "yes": float(np.nanmean(truth)),
-            **metrics.rates(truth, said),
+            "yes": mean(truth),
+            **metrics.rates(truth, answers.active[:, k]),
             "auc": metrics.auc(truth, probability),
             "ece": metrics.calibration_error(truth, probability),
-            "intensity_error": float(np.abs(raw - targets.intensity[:, k])[yes].mean())
-            if yes.any()
-            else float("nan"),
+            "intensity_error": float(off.mean()) if len(off) else float("nan"),
         }
-    angles = np.degrees(np.abs(np.array([d.head for d in detections]) - targets.angles))
-    points = np.array([r.landmarks for r in readings])
-    height = np.ptp(targets.landmarks[..., 1], axis=1)
-    offset = np.hypot(*np.moveaxis(points - targets.landmarks, -1, 0)).mean(axis=1)
-    keys = next(iter(units.values()))
+    twelve = [unit for name, unit in units.items() if name in DETECTED]
     return {
-        "drawings": len(readings),
-        "mean": {key: float(np.nanmean([unit[key] for unit in units.values()])) for key in keys},
+        "mean": {key: mean(unit[key] for unit in units.values()) for key in UNIT_FIGURES},
+        "mean_of_the_twelve": {key: mean(unit[key] for unit in twelve) for key in UNIT_FIGURES},
         "units": units,
-        "angle_error_deg": dict(zip(("yaw", "pitch", "roll"), angles.mean(axis=0), strict=True)),
-        "landmark_error": float((offset / height).mean()),
-        "seen_as_face": float(np.mean([d.face_probability > 0.5 for d in detections])),
     }
+
+
+def scores(aus: Sequence[str], answers: Answers, targets: Targets) -> dict[str, Any]:
+    """All figures of n answers against their targets (landmarks in pixels of the same pages).
+
+    Those of the units; how many units are called active where none is; mean angle errors in
+    degrees; mean distance of the landmarks, as a share of the face's height, and the calibration
+    error of their confidences; share of drawings seen as a face.
+    """
+    rest = (targets.active == 0).all(axis=1)
+    angles = np.degrees(np.abs(answers.angles - targets.angles)).mean(axis=0)
+    landmark_error = confidence_ece = float("nan")
+    if not np.isnan(answers.landmarks).all():
+        height = np.ptp(targets.landmarks[..., 1], axis=1)[:, None]
+        off = np.hypot(*np.moveaxis(answers.landmarks - targets.landmarks, -1, 0)) / height
+        landmark_error = float(off.mean())
+        close = (off <= CLOSE).astype(float).ravel()
+        confidence_ece = metrics.calibration_error(close, answers.confidence.ravel())
+    return {
+        "drawings": len(targets),
+        **unit_figures(aus, answers, targets),
+        "false_alarms_at_rest": mean(answers.active[rest].sum(axis=1)),
+        "angle_error_deg": dict(zip((*ANGLES, "mean"), (*angles, angles.mean()), strict=True)),
+        "landmark_error": landmark_error,
+        "landmark_confidence_ece": confidence_ece,
+        "seen_as_face": mean(np.where(np.isnan(answers.face), np.nan, answers.face > 0.5)),
+    }
+
+
+def figures(detector: Detector, readings: Sequence[Reading], targets: Targets) -> dict[str, Any]:
+    """`scores` of a detector's readings."""
+    reader = DetectorReader(detector)
+    return scores(detector.aus, stacked([reader.answer(r) for r in readings]), targets)
+
+
+def band(value: float, edges: Sequence[float], unit: str = "") -> str:
+    """The band between two of the edges, the upper one excluded, that a value lies in, in words."""
+    place = int(np.searchsorted(edges, value, side="right"))
+    low, high = edges[place - 1], edges[place]
+    return f"{low:g}{unit} or more" if np.isinf(high) else f"{low:g}{unit} to under {high:g}{unit}"
+
+
+def split_scores(
+    key: str, aus: Sequence[str], answers: Answers, targets: Targets, records: Iterable[Mapping]
+) -> dict[str, Any]:
+    """group -> the figures of its drawings; for `STRENGTH` those of the units alone."""
+    if key == STRENGTH:
+        parts = {}
+        for low, high in pairwise(STRENGTHS):
+            there = (targets.intensity >= low) & (targets.intensity < high)
+            active = np.where(there, 1, np.where(targets.intensity == 0, 0, np.nan))
+            part = replace(targets, active=active.astype(np.float32))
+            figures_of = unit_figures(aus, answers, part)
+            parts[band(low, STRENGTHS)] = {"drawings": len(targets), **figures_of}
+        return parts
+    groups = np.array([SPLITS[key](record) for record in records])
+    return {
+        str(group): scores(aus, answers.take(rows), targets.take(rows))
+        for group in np.unique(groups)
+        for rows in [np.flatnonzero(groups == group)]
+    }
+
+
+def evaluate(
+    reader: Reader,
+    data: shards.DataSet,
+    splits: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Figures on a data set, with the median time of a drawing and `splits` by keys of SPLITS.
+
+    Drawings are decoded one by one: what is kept are the answers, some kB each.
+    """
+    targets = encode(data.records, reader.aus, reader.landmarks)
+    rows, seconds = [], []
+    for page in pages_of(data.drawings):
+        begun = time.perf_counter()
+        rows.append(reader.row(page))
+        seconds.append(time.perf_counter() - begun)
+        if progress:
+            progress(len(rows), len(data))
+    answers = stacked(rows)
+    result = scores(reader.aus, answers, targets)
+    result["median_ms"] = float(np.median(seconds) * 1000)
+    if splits:
+        result["splits"] = {
+            key: split_scores(key, reader.aus, answers, targets, data.records) for key in splits
+        }
+    return result
 
 
 def rounded(value: Any) -> Any:
@@ -83,17 +261,6 @@ def rounded(value: Any) -> Any:
     return value
 
 
-def evaluate(detector: Detector, data: shards.DataSet) -> dict[str, Any]:
-    """Figures of the detector on a data set, with the median time of a detection."""
-    targets = encode(data.records, detector.aus, detector.landmarks)
-    readings, seconds = [], []
-    for page in pages_of(data.drawings):
-        begun = time.perf_counter()
-        readings.append(detector.read(page))
-        seconds.append(time.perf_counter() - begun)
-    return figures(detector, readings, targets) | {"median_ms": float(np.median(seconds) * 1000)}
-
-
 def number(value: float | None) -> float:
     """JSON has no nan: null stands for what could not be measured."""
     return float("nan") if value is None else value
@@ -102,44 +269,110 @@ def number(value: float | None) -> float:
 def table(result: dict[str, Any]) -> str:
     """The figures for people."""
     head = ("yes", "accuracy", "balanced", "F1", "AUC", "ECE", "intensity")
-    keys = (*UNIT_FIGURES, "intensity_error")
-    lines = [f"{'':20}" + "".join(f"{word:>10}" for word in head)]
-    for name, unit in (*result["units"].items(), ("mean", result["mean"])):
-        lines.append(f"{name:20}" + "".join(f"{number(unit[key]):10.3f}" for key in keys))
-    angles = "  ".join(f"{k} {v:.1f}°" for k, v in result["angle_error_deg"].items())
-    lines.append(
-        f"\n{result['drawings']} drawings; mean errors: {angles}; landmarks"
-        f" {100 * result['landmark_error']:.1f}% of the face's height;"
-        f" {100 * result['seen_as_face']:.1f}% seen as a face"
-        + (f"; {result['median_ms']:.1f} ms a drawing" if "median_ms" in result else "")
-    )
+    lines = [f"{'':22}" + "".join(f"{word:>10}" for word in head)]
+    means = {words: result[key] for key, words in MEANS.items() if key in result}
+    for name, unit in (*result["units"].items(), *means.items()):
+        cells = "".join(f"{number(unit[key]):10.3f}" for key in UNIT_FIGURES)
+        lines.append(f"{name:22}{cells}")
+    lines.append("\n" + summary(result))
+    for key, groups in result.get("splits", {}).items():
+        lines.append("\n" + split_table(key, groups))
     return "\n".join(lines)
 
 
+def split_table(key: str, groups: dict[str, Any]) -> str:
+    """A line for each group: means over all units, then over the twelve, then the rest."""
+    head = ("drawings", "balanced", "AUC", "ECE", "of the 12", "AUC", "ECE", "angles", "landmarks")
+    lines = [f"{'by ' + key:44}" + "".join(f"{word:>10}" for word in head)]
+    for group, part in groups.items():
+        cells = [f"{part['drawings']}"]
+        for means in MEANS:
+            figures = ("balanced_accuracy", "auc", "ece")
+            cells += [f"{number(part[means][figure]):.3f}" for figure in figures]
+        if "angle_error_deg" in part:
+            cells.append(f"{number(part['angle_error_deg']['mean']):.1f}°")
+            cells.append(f"{100 * number(part['landmark_error']):.1f}%")
+        lines.append(f"{group:44}" + "".join(f"{cell:>10}" for cell in cells))
+    return "\n".join(lines)
+
+
+def summary(result: dict[str, Any]) -> str:
+    """One line of what is not of single units."""
+    angles = "  ".join(f"{k} {number(v):.1f}°" for k, v in result["angle_error_deg"].items())
+    parts = [
+        f"{result['drawings']} drawings; errors: {angles}",
+        f"landmarks {100 * number(result['landmark_error']):.1f}% of the face's height",
+        f"{100 * number(result['seen_as_face']):.1f}% seen as a face",
+    ]
+    if "false_alarms_at_rest" in result:
+        parts.append(f"{number(result['false_alarms_at_rest']):.2f} false alarms on a face at rest")
+    if "median_ms" in result:
+        parts.append(f"{result['median_ms']:.1f} ms a drawing")
+    return "; ".join(parts)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, help="folder of .tar shards (else: stored figures)")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        action="append",
+        default=[],
+        help="folder of .tar shards, a test set; several times for several (none: stored figures)",
+    )
     parser.add_argument("--weights", type=Path, default=WEIGHTS, help="folder of other networks")
-    parser.add_argument("--limit", type=int, help="read at most so many drawings")
-    parser.add_argument("--json", action="store_true", help="one JSON object instead of a table")
+    parser.add_argument(
+        "--baseline", type=Path, metavar="DIR", help="measure the GoogLeNets of this folder instead"
+    )
+    parser.add_argument(
+        "--split",
+        nargs="+",
+        default=[],
+        metavar="KEY",
+        choices=(*SPLITS, STRENGTH),
+        help=f"break the figures down by {', '.join(SPLITS)} or {STRENGTH}",
+    )
+    parser.add_argument("--limit", type=int, help="read at most so many drawings of each set")
+    parser.add_argument(
+        "--json", action="store_true", help="a JSON object a line for each set instead of tables"
+    )
 
 
-def run(args: argparse.Namespace) -> int:
+def reader_of(args: argparse.Namespace) -> Reader:
+    if not args.baseline:
+        return DetectorReader(load_detector(args.weights))
+    from .googlenet import load_baseline
+
+    return load_baseline(args.baseline)
+
+
+def results(args: argparse.Namespace, progress: Progress | None) -> Iterator[dict[str, Any]]:
+    """The figures of each test set, or the stored ones."""
+    reader = reader_of(args)
+    for folder in args.data:
+        data = shards.load(folder, args.limit)
+        yield {"data": str(folder)} | evaluate(reader, data, args.split, progress)
+
+
+def run(args: argparse.Namespace, progress: Progress | None = None) -> int:
     """Print the figures; 0 when done, 2 if the shards or the weights cannot be used."""
     try:
-        detector = load_detector(args.weights)
-        if args.data:
-            results = {str(args.data): evaluate(detector, shards.load(args.data, args.limit))}
-        else:
-            stored = detector.model["figures"]
-            results = {kind: stored[kind] for kind in ("clean", "drawn_over")}
+        if args.baseline and not args.data:
+            raise ValueError("--baseline is measured on test sets: name one with --data.")
+        if not args.data:
+            stored = load_detector(args.weights).model["figures"]
+            stored = {kind: stored[kind] for kind in ("clean", "drawn_over")}
+            if args.json:
+                print(json.dumps(rounded(stored)))
+            else:
+                print("\n\n".join(f"{kind}\n{table(result)}" for kind, result in stored.items()))
+            return 0
+        for result in results(args, progress):
+            text = f"{result['data']}\n{table(result)}\n"
+            print(json.dumps(rounded(result)) if args.json else text, flush=True)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    if args.json:
-        print(json.dumps(rounded(results[str(args.data)] if args.data else results)))
-        return 0
-    for kind, result in results.items():
-        print(f"{kind}\n{table(result)}\n")
     return 0
 
 

