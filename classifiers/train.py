@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("classifiers.train")
 CHECKPOINT = "checkpoint.pt"
+YES = 2.5  # how much a yes counts: most actions are rare, and calibration follows anyway
 
 
 @dataclass(frozen=True)
@@ -166,10 +167,11 @@ def unit_losses(
     entropy = F.cross_entropy(
         units[:, :, :2].permute(0, 2, 1), torch.nan_to_num(truth).long(), reduction="none"
     )
+    entropy = entropy * (1 + (YES - 1) * torch.nan_to_num(truth))
     strong = torch.nan_to_num(truth) * weight[:, None]
     fifths = F.smooth_l1_loss(units[:, :, 2], intensity / FULL, beta=0.1, reduction="none")
     return {
-        "units": 2 * (entropy * known).sum() / known.sum().clamp(min=1e-6),
+        "units": 4 * (entropy * known).sum() / known.sum().clamp(min=1e-6),
         "intensity": (fifths * strong).sum() / strong.sum().clamp(min=1),
     }
 

@@ -87,7 +87,7 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
     batch["active"][0, 4] = 1
     value = loss_parts((units, *rest), batch, 0.2)["units"]
     expected = -torch.log_softmax(units[0, 4, :2], dim=0)[1]
-    assert float(value) == pytest.approx(2 * float(expected), rel=1e-5)
+    assert float(value) == pytest.approx(4 * train.YES * float(expected), rel=1e-5)
 
 
 def test_the_finder_learns_where_faces_are():
