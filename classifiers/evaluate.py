@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -30,7 +31,6 @@ UNIT_FIGURES = ("yes", "accuracy", "balanced_accuracy", "f1", "auc", "ece", "int
 MEANS = {"mean": "mean", "mean_of_the_twelve": "mean of the twelve"}
 
 YAWS = (0, 10, 25, np.inf)
-ACTIONS = (0, 1, 3, 6, np.inf)
 # What `--split` can tell apart: a drawing's group, from its record.
 SPLITS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "engine": lambda record: str(record.get("engine")),
@@ -39,7 +39,7 @@ SPLITS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "kinds": lambda record: " + ".join(record.get("kinds", ("unknown",))),
     "detail": lambda record: str(record.get("detail")),
     "yaw": lambda record: band(abs(record["head"]["yaw"]), YAWS, "°"),
-    "actions": lambda record: band(sum(v > 0 for v in record["aus"].values()), ACTIONS),
+    "actions": lambda record: how_many(sum(v > 0 for v in record["aus"].values())),
 }
 # `--split strength`: how well actions of a strength are told from drawings without them. Labels end
 # at a full natural activation, so that what was drawn with more counts to the last.
@@ -82,6 +82,11 @@ class Reader(Protocol):
     @property
     def landmarks(self) -> tuple[str, ...]: ...
 
+    @property
+    def about(self) -> dict[str, Any]:
+        """Which networks these are, as the figures name them."""
+        ...
+
     def row(self, page: Floats) -> Row: ...
 
 
@@ -98,6 +103,10 @@ class DetectorReader:
     @property
     def landmarks(self) -> tuple[str, ...]:
         return self.detector.landmarks
+
+    @property
+    def about(self) -> dict[str, Any]:
+        return {"networks": "detector", "sha256": self.detector.model["sha256"]}
 
     def row(self, page: Floats) -> Row:
         return self.answer(self.detector.read(page))
@@ -201,10 +210,16 @@ def band(value: float, edges: Sequence[float], unit: str = "") -> str:
     return f"{low:g}{unit} or more" if np.isinf(high) else f"{low:g}{unit} to under {high:g}{unit}"
 
 
+def how_many(actions: int) -> str:
+    """A number of actions, in words."""
+    words = ("none", "1 or 2", "3 to 5", "6 or more")
+    return words[int(np.searchsorted((1, 3, 6), actions, side="right"))]
+
+
 def split_scores(
     key: str, aus: Sequence[str], answers: Answers, targets: Targets, records: Iterable[Mapping]
 ) -> dict[str, Any]:
-    """group -> the figures of its drawings; for `STRENGTH` those of the units alone."""
+    """group -> the figures of its drawings, for `STRENGTH` of each unit, for others the means."""
     if key == STRENGTH:
         parts = {}
         for low, high in pairwise(STRENGTHS):
@@ -215,11 +230,12 @@ def split_scores(
             parts[band(low, STRENGTHS)] = {"drawings": len(targets), **figures_of}
         return parts
     groups = np.array([SPLITS[key](record) for record in records])
-    return {
-        str(group): scores(aus, answers.take(rows), targets.take(rows))
-        for group in np.unique(groups)
-        for rows in [np.flatnonzero(groups == group)]
-    }
+    parts = {}
+    for group in np.unique(groups):
+        rows = np.flatnonzero(groups == group)
+        parts[str(group)] = scores(aus, answers.take(rows), targets.take(rows))
+        del parts[str(group)]["units"]
+    return parts
 
 
 def evaluate(
@@ -341,6 +357,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def reader_of(args: argparse.Namespace) -> Reader:
     if not args.baseline:
         return DetectorReader(load_detector(args.weights))
+    # Before torch is loaded: threads that spin for each other on a busy machine take seconds.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     from .googlenet import load_baseline
 
     return load_baseline(args.baseline)
@@ -351,7 +369,8 @@ def results(args: argparse.Namespace, progress: Progress | None) -> Iterator[dic
     reader = reader_of(args)
     for folder in args.data:
         data = shards.load(folder, args.limit)
-        yield {"data": str(folder)} | evaluate(reader, data, args.split, progress)
+        result = evaluate(reader, data, args.split, progress)
+        yield {"data": str(folder), "model": reader.about} | result
 
 
 def run(args: argparse.Namespace, progress: Progress | None = None) -> int:

@@ -136,6 +136,10 @@ class Baseline:
         order = {name: k for k, name in enumerate(CONTROL_NAMES)}
         saved = sorted(saved, key=lambda entry: order[entry["unit"]])
         self.aus = tuple(entry["unit"] for entry in saved)
+        amounts = ("images", "seconds")
+        self.training = {
+            entry["unit"]: {name: entry[name] for name in amounts} for entry in saved
+        }
         self.thresholds = [entry["threshold"] for entry in saved]
         self.calibration = [(entry["temperature"], entry["offset"]) for entry in saved]
         self.networks = []
@@ -143,6 +147,10 @@ class Baseline:
             network = GoogLeNet(entry["size"])
             network.load_state_dict(entry["network"])
             self.networks.append(network.eval().to(memory_format=torch.channels_last))
+
+    @property
+    def about(self) -> dict[str, Any]:
+        return {"networks": "googlenet", "training": self.training}
 
     def row(self, page: Floats) -> Row:
         """The answers to a page of ink (h, w)."""

@@ -67,6 +67,8 @@ def test_a_network_for_each_unit_with_the_figures_of_the_detector(baseline, cart
     found = json.loads(capsys.readouterr().out)
     assert set(found["units"]) == {"frontalis", "sneer"} and found["drawings"] == 11
     assert found["units"]["sneer"]["auc"] is not None and found["median_ms"] > 0
+    assert found["model"]["networks"] == "googlenet"
+    assert found["model"]["training"]["sneer"]["images"] == 16
     assert found["landmark_error"] is None and found["seen_as_face"] is None
     assert evaluate.main(options) == 0
 
