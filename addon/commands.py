@@ -331,4 +331,5 @@ def evaluate_arguments(parser: argparse.ArgumentParser) -> None:
 def evaluate(options: argparse.Namespace) -> int:
     from classifiers import evaluate
 
-    return usage(evaluate.run, options) or 0
+    with Bar("drawings") as bar:
+        return usage(evaluate.run, options, bar) or 0

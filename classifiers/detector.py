@@ -142,6 +142,8 @@ class Detector:
         bounding = bounding_landmarks(self.landmarks)
         self._bounding = np.array([self.landmarks.index(name) for name in bounding])
         self._temperatures = np.array([self.model["temperatures"][name] for name in self.aus])
+        offsets = self.model.get("offsets", {})
+        self._offsets = np.array([offsets.get(name, 0.0) for name in self.aus])
         self._thresholds = {name: float(self.model["thresholds"][name]) for name in self.aus}
         self._face_temperature = float(self.model["face_temperature"])
 
@@ -187,7 +189,7 @@ class Detector:
 
     def log_odds(self, logits: NDArray) -> NDArray[np.float64]:
         """Calibrated, of raw logits (..., k)."""
-        return logits / self._temperatures
+        return logits / self._temperatures + self._offsets
 
     def read(self, page: Floats, head: Crop | None = None) -> Reading:
         """Three looks at a page of ink (h, w).

@@ -29,6 +29,9 @@ from .zero_sets import chains
 __all__ = ["KINDS", "FreestyleError", "freestyle_strokes", "version"]
 
 KINDS = ("contour", "suggestive", "valley", "boundary", "crease")  # that Freestyle has
+# Those that data sets are drawn with. Its valleys are too few: of the folds of a strong expression
+# most are missing, and a drawing must show what it is labelled with.
+DRAWN = ("contour", "suggestive", "boundary", "crease")
 BEHIND = 0.004  # metres behind the surface that is seen: still near enough to matter
 LEAST_TOWARD = -0.3  # n·v of a vertex that may still be beside an outline
 RINGS = 2  # triangles around those that are seen

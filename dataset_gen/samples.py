@@ -109,5 +109,5 @@ def _engine(name: str) -> tuple[Callable, tuple[str, ...], dict[str, str]]:
         from . import freestyle
 
         told = {"engine": name, "blender": freestyle.version()}
-        return freestyle.freestyle_strokes, freestyle.KINDS, told
+        return freestyle.freestyle_strokes, freestyle.DRAWN, told
     return draw_strokes, KINDS, {"engine": name}

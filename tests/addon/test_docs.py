@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from addon.commands import generate_arguments
-from dataset_gen.freestyle import KINDS as FREESTYLE_KINDS
+from dataset_gen.freestyle import DRAWN
 from dataset_gen.generate import generate, make_sample
 from dataset_gen.lines import WAYS
 from dataset_gen.sampling import WAY_ODDS
@@ -69,8 +69,8 @@ def test_the_options_of_the_data_page_are_those_of_the_command():
 def test_the_ways_to_draw_have_the_odds_that_are_told():
     told = dict(re.findall(r"^\| `(\w+)` \| (0\.\d) \|", data_page(), re.MULTILINE))
     assert {way: float(odds) for way, odds in told.items()} == WAY_ODDS
-    drawable = {way for way in WAYS if {*sum(WAYS[way], ())} <= {*FREESTYLE_KINDS}}
-    assert drawable == {"suggestive", "creases"}  # as the page says, 2 to 3
+    drawable = {way for way in WAYS if {*sum(WAYS[way], ())} <= {*DRAWN}}
+    assert drawable == {"suggestive"}  # as the page says
 
 
 def test_the_example_of_reading_a_data_set_runs(tmp_path, monkeypatch, capsys):
