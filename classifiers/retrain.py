@@ -17,8 +17,9 @@ import torch
 from . import shards
 from .augment import MID, NEAR, Names
 from .labels import encode
+from .losses import unit_losses
 from .network import DROPOUT, Networks, side_by_side
-from .train import CHECKPOINT, Batches, Config, log, rate_at, save, unit_losses, usable
+from .train import CHECKPOINT, Batches, Config, log, rate_at, save, usable
 
 
 def retrain(

@@ -11,16 +11,15 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from classifiers import evaluate, export, metrics, shards, train  # noqa: E402
+from classifiers import evaluate, export, losses, metrics, shards, train  # noqa: E402
 from classifiers import retrain as retrain_module  # noqa: E402
 from classifiers.augment import NEAR, Names  # noqa: E402
 from classifiers.labels import encode  # noqa: E402
+from classifiers.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.network import Networks, side_by_side  # noqa: E402
 from classifiers.train import (  # noqa: E402
     Batches,
     Config,
-    finder_loss,
-    loss_parts,
     rate_at,
 )
 from facs_rig import DETECTED, LANDMARKS  # noqa: E402
@@ -87,7 +86,7 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
     batch["active"][0, 4] = 1
     value = loss_parts((units, *rest), batch, 0.2)["units"]
     expected = -torch.log_softmax(units[0, 4, :2], dim=0)[1]
-    assert float(value) == pytest.approx(4 * train.YES * float(expected), rel=1e-5)
+    assert float(value) == pytest.approx(losses.UNITS * losses.YES * float(expected), rel=1e-5)
 
 
 def test_the_finder_learns_where_faces_are():
@@ -186,7 +185,7 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
         return torch.load(path, weights_only=True)["networks"]
 
     unbroken = weights(train.train(data, DETECTED, tmp_path / "a", config))
-    real, calls = train.loss_parts, []
+    real, calls = losses.loss_parts, []
 
     def interrupted(*args):
         calls.append(1)
@@ -194,12 +193,12 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
             raise KeyboardInterrupt
         return real(*args)
 
-    train.loss_parts = interrupted
+    losses.loss_parts = interrupted
     try:
         with pytest.raises(KeyboardInterrupt):
             train.train(data, DETECTED, tmp_path / "b", config)
     finally:
-        train.loss_parts = real
+        losses.loss_parts = real
     assert torch.load(tmp_path / "b" / train.CHECKPOINT, weights_only=True)["step"] == 2
     resumed = weights(train.train(data, DETECTED, tmp_path / "b", config))
     for name in unbroken:
