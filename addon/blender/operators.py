@@ -61,7 +61,9 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
         if self.frame:
             _frame(context, face)
         names = [name for name, active in fit.detection.active.items() if active]
-        self.report({"INFO"}, f"{face.name}: {', '.join(names) or 'no expression found'}")
+        said = f"{face.name}: {', '.join(names) or 'no expression found'}"
+        others = fit.detection.left_out()
+        self.report({"WARNING" if others else "INFO"}, f"{said}. {others}" if others else said)
         return {"FINISHED"}
 
     def _make(self, context, settings):
