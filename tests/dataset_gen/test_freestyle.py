@@ -20,7 +20,7 @@ with warnings.catch_warnings():
     bpy = pytest.importorskip("bpy", reason="Blender as a module is missing: pip install bpy")
 
 from dataset_gen import generate as generate_module  # noqa: E402
-from dataset_gen.freestyle import KINDS, FreestyleError, freestyle_strokes  # noqa: E402
+from dataset_gen.freestyle import DRAWN, KINDS, FreestyleError, freestyle_strokes  # noqa: E402
 from dataset_gen.freestyle_view_map import Nature, blender, view_map  # noqa: E402
 from dataset_gen.generate import generate, make_sample, read_shards  # noqa: E402
 from dataset_gen.lines import draw_strokes  # noqa: E402
@@ -291,7 +291,8 @@ def test_a_sample_tells_which_blender_drew_it():
     assert (meta["engine"], meta["blender"]) == ("freestyle", bpy.app.version_string.split()[0])
     ours, other = make_sample(4, 0)
     assert ours.shape == picture.shape
-    same = set(other) - {"engine"}
+    assert set(meta["kinds"]) <= set(DRAWN)
+    same = set(other) - {"engine", "kinds"}  # the same face, camera and style
     assert {k: meta[k] for k in same} == {k: other[k] for k in same}
 
 
