@@ -41,6 +41,9 @@ READ = 4000  # held-out drawings at most, each twice
 # the highest balanced accuracy, and a face full of actions that nobody drew; 3 has a third of those
 # false alarms, for one or two points of balanced accuracy. See docs/detectors.md.
 EVIDENCE = 3.0
+# But never where it is clearly less likely than not: of a rare action that is hard to see, three
+# times a little is little, and a face wears whatever is called active.
+LEAST = 0.3
 
 
 def to_onnx(networks, path: Path) -> None:
@@ -120,7 +123,8 @@ def calibrate(
     """What makes probabilities and decisions of the units' logits, and a probability of the face's.
 
     The probability of a unit is sigmoid(logit / temperature + offset), from `metrics.platt`, and
-    its threshold follows from `EVIDENCE`; that of a face is sigmoid(logit / temperature).
+    its threshold follows from `EVIDENCE` and `LEAST`; that of a face is sigmoid(logit /
+    temperature).
     """
     logits = np.array([reading.logits for reading in readings])
     fits = {name: metrics.platt(targets.active[:, k], logits[:, k]) for k, name in enumerate(aus)}
@@ -131,9 +135,11 @@ def calibrate(
         "temperatures": {name: temperature for name, (temperature, _) in fits.items()},
         "offsets": {name: offset for name, (_, offset) in fits.items()},
         "thresholds": {
-            name: metrics.threshold(targets.active[:, k], EVIDENCE) for k, name in enumerate(aus)
+            name: max(LEAST, metrics.threshold(targets.active[:, k], EVIDENCE))
+            for k, name in enumerate(aus)
         },
         "evidence": EVIDENCE,
+        "least": LEAST,
         "face_temperature": max(face_temperature, 0.5),
     }
 

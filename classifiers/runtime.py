@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from .labels import FULL
@@ -55,7 +54,7 @@ class Runtime:
     def run(self, ink: Floats) -> Answers:
         """The answers for crops (b, size, size) of ink as the networks know it (`even_ink`)."""
         values = self._session.run(None, {"ink": ink[:, None]})
-        answers = upgraded(dict(zip(self._outputs, values, strict=True)))
+        answers = dict(zip(self._outputs, values, strict=True))
         units, places = answers["units"], answers["landmarks"]
         return Answers(
             units[:, :, 1] - units[:, :, 0],
@@ -71,25 +70,11 @@ class Runtime:
         """ValueError if the networks are not those that the description is of."""
         shapes = {output.name: output.shape for output in self._session.get_outputs()}
         counts = {"units": len(self.model["aus"]), "landmarks": len(self.model["landmarks"])}
-        known = {"angles", "face"} <= set(shapes)
+        known = {"angles", "face", "found"} <= set(shapes)
         if not known or any(shapes.get(name, [0, 0])[1] != n for name, n in counts.items()):
             raise ValueError(
                 f"{path} does not belong to the {DESCRIPTION} beside it: install the package again."
             )
-
-
-def upgraded(answers: dict[str, NDArray]) -> dict[str, NDArray]:
-    """Answers of networks that only looked at all ink and were sure of every landmark.
-
-    Until such weights are replaced: then this function goes, and `found` into `_check`.
-    """
-    places = answers["landmarks"]
-    if places.shape[2] == 2:
-        certain = ((0, 0), (0, 0), (0, 1))
-        answers["landmarks"] = np.pad(places, certain, constant_values=-20)
-    if "found" not in answers:
-        answers["found"] = np.full((len(places), 1, 1, 4), -60, np.float32)
-    return answers
 
 
 def read_description(folder: Path) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from addon import pipeline
 from addon.drawing import SketchError
 from addon.pipeline import FitOptions, fit, preview, report, write_face
 from dataset_gen import Style, draw_strokes, ink
-from facs_rig import DETECTED, Camera, FaceParameters, load_rig
+from facs_rig import CONTROL_NAMES, Camera, FaceParameters, load_rig
 from snakes import Tweakables
 
 SKETCHES = sorted((Path(addon.__file__).parent / "sketches").glob("*.png"))
@@ -61,7 +61,7 @@ def test_the_report_is_what_the_contract_says(fits):
     assert set(said) >= {
         "aus", "head", "identity", "projection", "contour_error_px", "unmatched", "timings_s",
     }  # fmt: skip
-    assert set(said["aus"]) == set(DETECTED)
+    assert set(said["aus"]) == set(CONTROL_NAMES)
     for unit in said["aus"].values():
         assert 0 <= unit["probability"] <= 1
         assert 0 <= unit["intensity"] <= 5

@@ -14,7 +14,7 @@ from classifiers.detector import Detector, Reading
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
 from classifiers.preprocess import FACE_MARGIN, Crop, as_page
-from classifiers.runtime import Answers, upgraded
+from classifiers.runtime import Answers
 from facs_rig import DETECTED, LANDMARKS
 
 
@@ -271,13 +271,6 @@ def test_where_the_head_is_can_be_told(seeing):
     found = seeing(Blobs()).detect(page, Crop(340, 160, 140, 135))
     assert_box(found.faces[0], 380, 180, 90)
     assert len(found.faces) == 1
-
-
-def test_networks_of_before_are_understood():
-    answers = upgraded({"landmarks": np.zeros((2, 5, 2), np.float32)})
-    assert answers["landmarks"].shape == (2, 5, 3)
-    assert np.exp(answers["landmarks"][..., 2]).max() < 1e-6
-    assert answers["found"].shape == (2, 1, 1, 4) and answers["found"].max() < -9
 
 
 def test_no_drawing_no_detection(detector):

@@ -10,17 +10,17 @@ from classifiers.evaluate import DetectorReader, evaluate
 from classifiers.negatives import faceless
 from classifiers.shards import DataSet
 from dataset_gen.generate import make_sample
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, LANDMARKS
 
 SEED = 52_000_111  # far from every seed in model.json, which the first test checks
 # What the shipped weights must reach on fresh drawings; raise these when they are trained better.
-AUC, YAW_DEGREES, LANDMARK_ERROR = 0.90, 4.0, 0.03
+AUC, AUC_OF_THE_TWELVE, YAW_DEGREES, LANDMARK_ERROR = 0.85, 0.945, 3.0, 0.022
 
 
 def test_the_weights_belong_to_this_catalogue():
     model = load_detector().model
-    assert set(DETECTED) <= set(model["aus"]) <= set(CONTROL_NAMES)
-    assert set(model["landmarks"]) <= set(LANDMARKS)
+    assert tuple(model["aus"]) == CONTROL_NAMES
+    assert tuple(model["landmarks"]) == LANDMARKS
     assert SEED not in model["data"]["seeds"]
     assert model["figures"]["onnx_minus_torch"] < 1e-4
 
@@ -29,7 +29,8 @@ def test_the_weights_belong_to_this_catalogue():
 def test_fresh_drawings_are_read_as_well_as_promised():
     drawings, records = zip(*(make_sample(SEED, index) for index in range(300)), strict=True)
     found = evaluate(DetectorReader(load_detector()), DataSet(drawings, records))
-    assert found["mean_of_the_twelve"]["auc"] >= AUC
+    assert found["mean"]["auc"] >= AUC
+    assert found["mean_of_the_twelve"]["auc"] >= AUC_OF_THE_TWELVE
     assert found["angle_error_deg"]["yaw"] <= YAW_DEGREES
     assert found["landmark_error"] <= LANDMARK_ERROR
     assert found["seen_as_face"] >= 0.95

@@ -248,13 +248,17 @@ def test_calibration_gives_what_the_description_holds():
     readings = [Namespace(logits=logit, face=4.0) for logit in 2 * honest - 1]
     targets = Namespace(active=truth)
     made = export.calibrate(("smile", "sneer"), readings, targets, np.full(50, -3.0))
-    assert set(made) == {"temperatures", "offsets", "thresholds", "evidence", "face_temperature"}
+    told = {"temperatures", "offsets", "thresholds", "evidence", "least", "face_temperature"}
+    assert set(made) == told
     share = truth.mean(axis=0)
     for k, name in enumerate(("smile", "sneer")):
         assert made["temperatures"][name] == pytest.approx(2, rel=0.15)
         assert made["offsets"][name] == pytest.approx(0.5, abs=0.15)
         odds = made["thresholds"][name] / (1 - made["thresholds"][name])
         assert odds == pytest.approx(export.EVIDENCE * share[k] / (1 - share[k]))
+    rare = Namespace(active=(rng.random((4000, 2)) < 0.03).astype(np.float32))
+    made = export.calibrate(("smile", "sneer"), readings, rare, np.full(50, -3.0))
+    assert set(made["thresholds"].values()) == {export.LEAST}
 
 
 def test_a_unit_trained_alone_leaves_all_else_to_the_bit(loaded, cartoons, tmp_path):
