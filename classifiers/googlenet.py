@@ -49,6 +49,7 @@ INCEPTIONS = (
     (256, 160, 320, 32, 128, 128), (384, 192, 384, 48, 128, 128),
 )  # fmt: skip
 TOP_CHANNELS = 64
+STRIDE = 64  # pixels to a cell of the last pooling
 
 
 def convolution(inputs: int, outputs: int, kernel: int, stride: int = 1) -> nn.Sequential:
@@ -80,8 +81,8 @@ class GoogLeNet(nn.Module):
     def __init__(self, size: int = 128) -> None:
         super().__init__()
         self.size = size
-        if size % 64:
-            raise ValueError(f"The input size must be a multiple of 64, not {size}.")
+        if size < STRIDE or size % STRIDE:
+            raise ValueError(f"The input size must be a multiple of {STRIDE}, not {size}.")
         layers: list[nn.Module] = [
             convolution(1, 64, 7, 2),
             nn.MaxPool2d(3, 2, 1),
@@ -98,7 +99,7 @@ class GoogLeNet(nn.Module):
                 channels = widths[0] + widths[2] + widths[4] + widths[5]
         self.layers = nn.Sequential(*layers)
         self.conv = nn.Conv2d(channels, TOP_CHANNELS, 3, padding=1)
-        self.fc = nn.Linear(TOP_CHANNELS * (size // 64) ** 2, 2)
+        self.fc = nn.Linear(TOP_CHANNELS * (size // STRIDE) ** 2, 2)
 
     def forward(self, ink: Tensor) -> Tensor:
         x = F.relu(self.conv(self.layers(ink)))
@@ -182,8 +183,10 @@ def train_baseline(data: shards.DataSet, unit: str, out: Path, config: Config) -
 
     As in the thesis nothing is drawn over and all drawings count, yes or no; those with a trace of
     the action, neither, do not. Looks that the detector is not trained on are left out here too.
-    Raises ValueError if no drawing can be trained on, or there is one kind alone.
+    Its input is the largest multiple of 64 pixels within `config.size`. Raises ValueError if no
+    drawing can be trained on, or there is one kind alone.
     """
+    size = config.size // STRIDE * STRIDE
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     rows, kept = usable(data, config)
@@ -194,9 +197,9 @@ def train_baseline(data: shards.DataSet, unit: str, out: Path, config: Config) -
 
     def pictures(some: NDArray) -> list[Floats]:
         drawings = (data.drawings[int(i)] for i in some)
-        return [whole_page(page, config.size) for page in pages_of(drawings)]
+        return [whole_page(page, size) for page in pages_of(drawings)]
 
-    network = GoogLeNet(config.size).to(memory_format=torch.channels_last)
+    network = GoogLeNet(size).to(memory_format=torch.channels_last)
     optimiser = torch.optim.SGD(network.parameters(), lr=RATE, momentum=MOMENTUM)
     rng = np.random.default_rng((config.seed, 0x600))
     queue = np.empty(0, int)
@@ -238,7 +241,7 @@ def train_baseline(data: shards.DataSet, unit: str, out: Path, config: Config) -
         {
             "format": FORMAT,
             "unit": unit,
-            "size": config.size,
+            "size": size,
             "network": network.state_dict(),
             "temperature": temperature,
             "offset": offset,

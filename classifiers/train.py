@@ -42,15 +42,15 @@ CHECKPOINT = "checkpoint.pt"
 class Config:
     """Everything that makes a run; it travels with the checkpoint."""
 
-    size: int = 128
+    size: int = 160
     batch: int = 32
-    minutes: float = 50.0
+    minutes: float = 90.0
     steps: int = 0  # stop after so many steps even if there is time left; 0: never
     rate: float = 2e-3  # AdamW's highest learning rate, for the heads
     trunk_rate: float = 0.6  # of that, for the pretrained trunk
     decay: float = 1e-2
     warm_up: float = 0.03  # share of the budget in which the rate rises
-    settle: float = 0.3  # share after which the parts named in `settle` stay as they are (faster)
+    settle: float = 0.2  # share after which the parts named in `settle` stay as they are (faster)
     settled_blocks: int = 3  # of the trunk, from the page on
     mid_weight: float = 0.3  # how much the units count in crops that are not yet close
     unseen: str = "brush"  # looks that are never trained on, with commas; "" to train on all
@@ -67,6 +67,16 @@ class Batches:
     def __init__(self, data: shards.DataSet, targets: Targets, rows, names: Names, config: Config):
         self.data, self.targets, self.names, self.config = data, targets, names, config
         self.rows = np.asarray(rows)
+        self._orders: dict[int, np.ndarray] = {}
+
+    def order(self, epoch: int) -> np.ndarray:
+        """The drawings in the order of an epoch: every one once."""
+        if epoch not in self._orders:
+            self._orders = {e: o for e, o in self._orders.items() if e == epoch - 1}
+            self._orders[epoch] = np.random.default_rng((self.config.seed, epoch)).permutation(
+                self.rows
+            )
+        return self._orders[epoch]
 
     def __len__(self) -> int:
         return 1 << 40
@@ -79,11 +89,10 @@ class Batches:
     def __getitem__(self, step: int) -> dict[str, np.ndarray]:
         size, seed = self.config.batch, self.config.seed
         epoch, place = divmod(step * size, len(self.rows))
-        order = np.concatenate(  # every drawing once an epoch; a batch may reach into the next
-            [np.random.default_rng((seed, e)).permutation(self.rows) for e in (epoch, epoch + 1)]
-        )
-        while len(order) < place + size:  # data sets smaller than a batch
-            order = np.concatenate([order, order])
+        order = self.order(epoch)[place:]
+        while len(order) < size:  # a batch may reach into the next epochs
+            epoch += 1
+            order = np.concatenate([order, self.order(epoch)])
         rng = np.random.default_rng((seed, 0x5E7, step))
         return collate(
             [
@@ -91,7 +100,7 @@ class Batches:
                     self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
                     another=self.another,
                 )
-                for i in order[place : place + size]
+                for i in order[:size]
             ]
         )  # fmt: skip
 
@@ -208,6 +217,7 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
         [{"params": trunk, "share": config.trunk_rate}, {"params": heads, "share": 1.0}],
         lr=config.rate,
         weight_decay=config.decay,
+        fused=True,
     )
     if saved:
         optimiser.load_state_dict(saved["optimiser"])

@@ -16,7 +16,7 @@ from classifiers import retrain as retrain_module  # noqa: E402
 from classifiers.augment import NEAR, Names  # noqa: E402
 from classifiers.labels import encode  # noqa: E402
 from classifiers.losses import finder_loss, loss_parts  # noqa: E402
-from classifiers.network import Networks, side_by_side  # noqa: E402
+from classifiers.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.train import (  # noqa: E402
     Batches,
     Config,
@@ -147,6 +147,24 @@ def test_each_units_network_can_be_replaced_alone():
         after = networks(ink)[0]
     changed = (before != after).any(dim=2)[0]
     assert [name for name, c in zip(DETECTED, changed, strict=True) if c] == ["smile"]
+
+
+def test_a_convolution_with_fixed_statistics_answers_as_convolved_and_normalised():
+    torch.manual_seed(4)
+    for options in ({"stride": 2, "groups": 6}, {"activation": False}):
+        layer = Convolution(6, 12, 3, **options)
+        norm = layer.norm
+        for values in (norm.weight.data, norm.running_var, norm.running_mean, norm.bias.data):
+            values.uniform_(0.2, 2.0)
+        x = torch.randn(3, 6, 9, 11, requires_grad=True)
+        layer.eval()
+        plain = norm(layer.conv(x))
+        plain = plain.clamp(0, 6) if layer.activation else plain
+        torch.testing.assert_close(layer(x), plain, atol=1e-5, rtol=1e-5)
+        learnt = (layer.conv.weight, norm.weight, norm.bias)
+        ours = torch.autograd.grad(layer(x).square().sum(), learnt)
+        theirs = torch.autograd.grad(plain.square().sum(), learnt)
+        torch.testing.assert_close(ours, theirs, atol=1e-3, rtol=1e-4)
 
 
 def test_the_stem_sees_a_drawing_as_the_pretrained_one_sees_three_equal_channels():
