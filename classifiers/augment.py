@@ -170,6 +170,8 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
     image = Image.fromarray(ink)
     pen = Pen(image, Frame.of(points, names.landmarks))
     chance = rng.random(8)
+    if chance[6] < 0.3:
+        scribbles.features(pen, rng)
     if folds and chance[0] < 0.3:
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 5)))
     elif chance[0] < 0.06:

@@ -138,9 +138,7 @@ class Baseline:
         saved = sorted(saved, key=lambda entry: order[entry["unit"]])
         self.aus = tuple(entry["unit"] for entry in saved)
         amounts = ("images", "seconds")
-        self.training = {
-            entry["unit"]: {name: entry[name] for name in amounts} for entry in saved
-        }
+        self.training = {entry["unit"]: {name: entry[name] for name in amounts} for entry in saved}
         self.thresholds = [entry["threshold"] for entry in saved]
         self.calibration = [(entry["temperature"], entry["offset"]) for entry in saved]
         self.networks = []

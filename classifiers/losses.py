@@ -14,9 +14,7 @@ YES = 2.5  # how much a yes counts: most actions are rare, and calibration follo
 UNITS = 4.0  # how much the units count among the rest; they are the hardest to learn
 
 
-def loss_parts(
-    outputs, batch: dict[str, Tensor], mid_weight: float
-) -> dict[str, Tensor]:
+def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str, Tensor]:
     """The terms whose sum is minimised.
 
     A landmark's spread is that of a Laplace distribution around it (Kendall & Gal 2017), and does

@@ -1,4 +1,4 @@
-"""What artists add to a face: hair, glasses, collars, beards, hatching, heavy folds.
+"""What artists add to a face: hair, glasses, collars, beards, hatching, folds, whole features.
 
 The generator draws bald heads with clean lines; people do not. Everything here is drawn onto a page
 of ink (a PIL image of mode L, 0 = paper, 255 = black) in the frame of the face, in which the eyes'
@@ -14,10 +14,36 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
+from scipy.interpolate import CubicSpline
 
 BLACK, PAPER = 255, 0
+FRONTAL = 0.65  # of the wider eye; a narrower other one is half hidden
 HALF_WIDTH = 0.68  # of a head, in eyes-to-chin units
 CROWN = -1.08
+
+
+# Landmarks around each feature, in the order in which a pen goes.
+OUTLINES = {
+    "lips": (
+        "mouth_corner_right", "lip_upper_outer_right", "lip_peak_right", "lip_top",
+        "lip_peak_left", "lip_upper_outer_left", "mouth_corner_left", "lip_lower_outer_left",
+        "lip_lower_inner_left", "lip_bottom", "lip_lower_inner_right", "lip_lower_outer_right",
+    ),
+    "mouth": (
+        "mouth_corner_right", "lip_inner_upper_right", "lip_inner_top", "lip_inner_upper_left",
+        "mouth_corner_left",
+    ),
+    **{
+        f"eye_{side}": tuple(
+            f"eye_{place}_{side}"
+            for place in (
+                "outer", "top_outer", "top", "top_inner", "inner", "bottom_inner", "bottom",
+                "bottom_outer",
+            )
+        )
+        for side in ("left", "right")
+    },
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -368,3 +394,68 @@ def cheek_folds(pen: Pen, rng: Generator, width: int) -> None:
                     0.52 + np.array([0.08, -0.08]),
                     width,
                 )
+
+
+def _curve(pen: Pen, names: Sequence[str], rng: Generator, loose: float, closed: bool) -> NDArray:
+    """A smooth line (k, 2) through landmarks, as far off them as a loose hand is."""
+    points = np.array([pen.frame.landmark(name) for name in names])
+    points += rng.normal(0, loose, points.shape)
+    if closed:
+        points = np.concatenate([points, points[:1]])
+    ends = "periodic" if closed else "natural"
+    t = np.linspace(0, len(points) - 1, 4 * len(points))
+    return CubicSpline(np.arange(len(points)), points, bc_type=ends)(t)
+
+
+def features(pen: Pen, rng: Generator) -> None:
+    """Nose, lips, eyes and brows as people draw them from memory: one outline each.
+
+    A program draws a nose where its surface turns away; people draw both its sides from the brows
+    down, the lips as two closed shapes, and brows as outlines. Only for faces seen from the front,
+    on which all of it is to be seen.
+    """
+    places = pen.frame.places
+    if not {name for names in OUTLINES.values() for name in names} <= set(places):
+        return
+    eyes = [
+        np.hypot(*(pen.frame.landmark(f"eye_outer_{s}") - pen.frame.landmark(f"eye_inner_{s}")))
+        for s in ("left", "right")
+    ]
+    if min(eyes) < FRONTAL * max(eyes):
+        return
+    loose, thick = rng.uniform(0.002, 0.012), int(rng.choice([1, 1, 2]))
+    drawn = rng.random(len(OUTLINES)) < 0.45
+    for (part, names), wanted in zip(OUTLINES.items(), drawn, strict=True):
+        if wanted:
+            closed = part in ("lips", "eye_left", "eye_right")
+            pen.lines(*_curve(pen, names, rng, loose, closed).T, thick)
+    if rng.random() < 0.4:
+        _nose_sides(pen, rng, thick)
+    if rng.random() < 0.3:
+        _brow_outlines(pen, rng)
+
+
+def _nose_sides(pen: Pen, rng: Generator, thick: int) -> None:
+    """The sides of a nose, from the brows or from its middle down around the wings."""
+    root, tip = pen.frame.landmark("nose_root"), pen.frame.landmark("nose_tip")
+    top, narrow, t = rng.uniform(-0.1, 0.6), rng.uniform(0.35, 0.75), np.linspace(0, 1, 8)
+    for side in ("left", "right"):
+        wing, nostril = (pen.frame.landmark(f"{n}_{side}") for n in ("nose_wing", "nostril"))
+        bridge = root + top * (tip - root) + (narrow * (wing - tip)[0], 0)
+        bulge = np.sin(np.pi * t)[:, None] * (wing - tip) * rng.uniform(-0.3, 0.15)
+        line = bridge + (wing - bridge) * (t**1.5)[:, None] + bulge * (1, 0)
+        line = np.concatenate([line, nostril[None]]) + rng.normal(0, 0.006, (9, 2))
+        pen.lines(*line.T, thick)
+        if rng.random() < 0.5:
+            pen.lines(*(nostril + rng.normal(0, 0.012, (5, 2))).T, thick + 1)
+
+
+def _brow_outlines(pen: Pen, rng: Generator) -> None:
+    """Brows as closed shapes, thick at the nose and pointed at the temple."""
+    full = rng.uniform(0.02, 0.07)
+    for side in ("left", "right"):
+        names = [f"brow_{n}_{side}" for n in ("inner", "inner_half", "peak", "outer_half", "outer")]
+        line = _curve(pen, names, rng, 0.004, closed=False)
+        away = full * np.linspace(1, 0.1, len(line)) ** 0.7
+        for sign in (-1, 1):
+            pen.lines(line[:, 0], line[:, 1] + sign * away / 2)

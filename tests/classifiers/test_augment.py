@@ -6,8 +6,10 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
 
-from classifiers import negatives, shards
+from classifiers import negatives, scribbles, shards
 from classifiers.augment import (
     FAR,
     NEAR,
@@ -22,6 +24,7 @@ from classifiers.augment import (
     turned_and_bent,
 )
 from classifiers.labels import encode
+from dataset_gen.generate import make_sample
 from facs_rig import DETECTED, LANDMARKS
 
 
@@ -132,3 +135,24 @@ def test_pages_without_a_face_are_all_sorts(rng):
     drawing[100:110] = 255
     torn = negatives.torn_face(drawing, rng)
     assert torn.sum() == drawing.sum() and not np.array_equal(torn, drawing)
+
+
+def test_features_are_drawn_where_they_lie_and_only_seen_from_the_front():
+    """A pen that follows the landmarks stays near them; a half-hidden eye keeps it away."""
+    sample = next(s for s in (make_sample(3, k) for k in range(20)) if abs(s[1]["head"]["yaw"]) < 5)
+    points = np.array([sample[1]["landmarks"][name] for name in LANDMARKS])
+    turned = points * (0.2, 1.0)
+    turned[[n.endswith("_left") for n in LANDMARKS], 0] *= 0.4
+    inked = 0
+    for seed in range(12):
+        for spots, allowed in ((points, True), (turned, False)):
+            page = Image.new("L", (256, 256))
+            pen = scribbles.Pen(page, scribbles.Frame.of(spots, LANDMARKS))
+            scribbles.features(pen, np.random.default_rng(seed))
+            drawn = np.argwhere(np.array(page))[:, ::-1]
+            if len(drawn):
+                assert allowed
+                away = cKDTree(spots).query(drawn)[0] / pen.frame.unit
+                assert away.max() < 0.3
+                inked += 1
+    assert inked > 6
