@@ -42,6 +42,13 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LEFT,TOP,RIGHT,BOTTOM",
         help="where the head is in the sketch, in pixels (default: found by itself)",
     )
+    parser.add_argument(
+        "--method",
+        choices=("lines", "thesis"),
+        default="lines",
+        help="lines: the face's lines are brought to the drawing's, its person and expression "
+        "first; thesis: the drawing's contours slide over the shaded face (default lines)",
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="say nothing when all is well")
     _tweakable_arguments(parser)
 
@@ -91,7 +98,7 @@ def fit(options: argparse.Namespace) -> int:
     from addon import pipeline
     from classifiers import load_detector
 
-    wanted = pipeline.FitOptions(tweakables=tweakables, align=options.align)
+    wanted = pipeline.FitOptions(tweakables, options.align, options.method)
     usage(load_detector)
     with Bar("fitting") as bar:
         fitted = pipeline.fit(sketch, wanted, bar)

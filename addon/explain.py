@@ -60,9 +60,7 @@ def section(title: str, drawing: Floats, found: Evidence) -> Image.Image:
     columns = min(COLUMNS, max(len(order), 2))
     rows = -(-len(order) // columns)
     step = TILE + GAP
-    picture = Image.new(
-        "RGB", (GAP + columns * step, HEADING + rows * (CAPTION + step)), "white"
-    )
+    picture = Image.new("RGB", (GAP + columns * step, HEADING + rows * (CAPTION + step)), "white")
     pen = ImageDraw.Draw(picture)
     head = "  ".join(f"{k} {round(v):+d}°" for k, v in found.detection.to_json()["head"].items())
     about = f"face {found.detection.face_probability:.0%}   {head}"

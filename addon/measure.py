@@ -1,4 +1,4 @@
-"""How far the lines of a face lie from the lines of a sketch, in pixels."""
+"""The lines of a face, and how far they lie from the lines of a sketch, in pixels."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from skimage.transform import resize
 
 from dataset_gen import draw_strokes
 from facs_rig import Camera, FaceRig
+from snakes import Lines, SurfaceLines
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
-STEP = 0.7  # pixels between the points that stand for a line
 Box = tuple[float, float, float, float]
 
 
@@ -59,18 +59,19 @@ def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
     )
 
 
-def contour_error(ruler: Ruler, rig: FaceRig, posed: NDArray, camera: Camera) -> float:
-    """Mean distance, in pixels of the drawing, between a posed face's lines and the sketch's.
+def contour_error(ruler: Ruler, points: NDArray) -> float:
+    """Mean distance, in pixels of the drawing, between a face's lines and the sketch's.
 
     A symmetric chamfer distance (Barrow, Tenenbaum, Bolles, Wolf 1977): from each to the other,
     every distance cut at the ruler's reach, so that a line without any counterpart (hair, a hat)
     counts as much and no more wherever the face lies. The reach where either has no lines.
 
-    posed : (n, 3) metres;  camera : of the drawing's pixels.
+    points : (k, 2) pixels of the drawing, all along the lines of the face.
     """
     h, w = ruler.lines.shape
-    crop = camera.cropped(*ruler.box, w, h)
-    col, row = np.floor(model_lines(rig, posed, crop)).astype(np.int64).T
+    left, top, right, bottom = ruler.box
+    cells = np.array([w / (right - left), h / (bottom - top)])
+    col, row = np.floor((points - (left, top)) * cells).astype(np.int64).T
     inside = (col >= 0) & (col < w) & (row >= 0) & (row < h)
     drawn = np.zeros((h, w), dtype=bool)
     drawn[row[inside], col[inside]] = True
@@ -81,12 +82,40 @@ def contour_error(ruler: Ruler, rig: FaceRig, posed: NDArray, camera: Camera) ->
     return float(to_sketch + to_model) / 2 * ruler.cell
 
 
-def model_lines(rig: FaceRig, posed: NDArray, camera: Camera) -> NDArray[np.float64]:
-    """(k, 2) pixels all along the visible lines of a posed face: contours, brows, irises, lips."""
-    points = [np.zeros((0, 2))]
-    for stroke in draw_strokes(rig, posed, camera, detail=1):
+def face_lines(
+    rig: FaceRig,
+    posed: NDArray,
+    camera: Camera,
+    kinds: tuple[str, ...] = ("contour", "suggestive"),
+    detail: int = 1,
+    step: float = 1.0,
+) -> SurfaceLines:
+    """The visible lines of a posed face (n, 3): of these kinds, brows, irises and lips.
+
+    step : pixels between the points of a line
+    """
+    points, along, triangle, weights, starts = [], [], [], [], [0]
+    layers = ("brow", "iris", "lip")
+    for stroke in draw_strokes(rig, posed, camera, detail, layers, kinds):
+        if stroke.surface is None:
+            continue
         steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
-        s = np.concatenate([[0], np.cumsum(steps)])
-        at = np.arange(0, s[-1], STEP)
-        points.append(np.stack([np.interp(at, s, x) for x in stroke.points.T], axis=1))
-    return np.concatenate(points)
+        way = np.concatenate([[0], np.cumsum(steps)])
+        at = np.unique(np.searchsorted(way, np.arange(0, way[-1], step)))
+        tangent = np.gradient(stroke.points, axis=0)[at]
+        points.append(stroke.points[at])
+        along.append(tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9))
+        triangle.append(stroke.surface[0][at])
+        weights.append(stroke.surface[1][at])
+        starts.append(starts[-1] + len(at))
+    if not points:
+        none = np.zeros((0, 2))
+        return SurfaceLines(
+            Lines(none, none), np.array(starts), np.zeros(0, np.intp), np.zeros((0, 3))
+        )
+    return SurfaceLines(
+        Lines(np.concatenate(points), np.concatenate(along)),
+        np.array(starts),
+        np.concatenate(triangle),
+        np.concatenate(weights),
+    )

@@ -1,15 +1,16 @@
 """From a sketch to a posable face: the one place where all stages are composed.
 
-    drawing -> detector -> expression and head -> camera -> identity -> snakes -> offsets
+    drawing -> detector -> expression and head -> camera -> lines -> identity -> snakes -> offsets
 
 `fit` does the work, `report` and `preview` say and show what came of it, `write_face` keeps it.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,27 +20,32 @@ from numpy.typing import NDArray
 
 from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
-from addon.measure import contour_error, ruler
+from addon.measure import contour_error, face_lines, ruler
 from classifiers import Detection, load_detector
+from classifiers.detector import CLOSE
 from classifiers.preprocess import Crop
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from snakes import (
+    HEAD,
     WORKING_SIZE,
+    Evidence,
+    SurfaceLines,
     Tweakables,
     align,
-    fit_identity,
+    fit_lines,
     fit_offsets,
     head_box,
     parse_box,
+    unmatched_lines,
 )
 
 Progress = Callable[[int, int], None]
-STAGES = ("read", "detect", "align", "identity", "snakes", "measure")
+STAGES = ("read", "detect", "align", "fit", "measure")
+METHODS = ("lines", "thesis")
 # A drawing that the detector believes to be a face with less than this is refused.
 LEAST_FACE = 0.5
-# How much of the identity that the landmarks suggest is tried; the first that brings the lines
-# closer stays.
-IDENTITY_SHARES = (1.0, 0.5)
+EVERY = ("contour", "suggestive", "valley")  # kinds of lines that a drawing may show
+SPACING = 0.008  # of the head's height, between the points of lines that are fitted
 
 
 @dataclass(frozen=True)
@@ -48,17 +54,24 @@ class FitOptions:
 
     tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
     pixels of the sketch, instead of the landmarks that the detector finds
+    method : 'lines' brings the face's lines to the drawing's; 'thesis' lets the drawing's contours
+    slide over the shaded face, with all the tweakables of its table (chapter 3)
     """
 
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
+    method: str = "lines"
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise ValueError(f"The method is one of {', '.join(METHODS)}, not {self.method!r}.")
 
 
 @dataclass(frozen=True)
 class FaceFit:
     """A fitted face and how it came about. Pixels are those of `drawing.image`.
 
-    parameters : detected expression and head, fitted identity
+    parameters : expression and head as detected and fitted, fitted identity
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
     contour_error_px, unmatched : in pixels of the sketch as it was handed in
     """
@@ -106,29 +119,40 @@ def fit(
     rig = load_rig()
     template = FaceParameters(head=expression.head)
     place = partial(_align, drawing, rig, detection, options)
+    camera = place(expression)
     box = head_box(rig.pose(template), place(template))
     reach = options.tweakables.max_delta * (box[3] - box[1]) / WORKING_SIZE[1]
-    error = partial(contour_error, ruler(drawing.image, box, reach), rig)
-    errors = {"template": error(rig.pose(template), place(template))}
+    measured = ruler(drawing.image, box, reach)
     clock.done("align")
 
-    parameters, camera = expression, place(expression)
-    errors["expression"] = error(rig.pose(parameters), camera)
-    if options.align is None:
-        found = fit_identity(rig, expression, camera, detection.landmarks)
-        for share in IDENTITY_SHARES:
-            tried = replace(expression, identity={k: share * v for k, v in found.items()})
-            error_px = error(rig.pose(tried), place(tried))
-            if error_px < errors["expression"]:
-                parameters, camera, errors["expression"] = tried, place(tried), error_px
-                break
-    clock.done("identity")
+    if options.method == "thesis":
+        parameters = expression
+        stage = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)
+        offsets, unmatched = stage.offsets, stage.unmatched
+    else:
+        sure = detection.face_probability >= LEAST_FACE
+        found = fit_lines(
+            drawing.image,
+            rig,
+            expression,
+            camera,
+            _evidence(detection) if sure else Evidence({}, {}, detection.probabilities),
+            partial(_contours, rig),
+            options.tweakables,
+        )
+        parameters, camera, offsets = found.parameters, found.camera, found.offsets
+    vertices = rig.pose(parameters, offsets)
+    clock.done("fit")
 
-    result = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)
-    vertices = rig.pose(parameters, result.offsets)
-    clock.done("snakes")
-
-    errors["fitted"] = error(vertices, camera)
+    lines = face_lines(rig, vertices, camera)
+    if options.method != "thesis":
+        every = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
+        unmatched = unmatched_lines(found.drawn, every.lines, camera)
+    errors = {"fitted": contour_error(measured, lines.lines.points)}
+    before = (("template", template, place(template)), ("expression", parameters, camera))
+    for name, face, view in before:
+        lines = face_lines(rig, rig.pose(face), view)
+        errors[name] = contour_error(measured, lines.lines.points)
     scale = float(np.mean(drawing.scale))
     clock.done("measure")
     return FaceFit(
@@ -136,11 +160,11 @@ def fit(
         detection=detection,
         rig=rig,
         parameters=parameters,
-        offsets=result.offsets,
+        offsets=offsets,
         vertices=vertices,
         camera=camera,
         contour_error_px={name: scale * e for name, e in errors.items()},
-        unmatched=[drawing.to_input(line) for line in result.unmatched],
+        unmatched=[drawing.to_input(line) for line in unmatched],
         timings_s=clock.timings(),
     )
 
@@ -201,6 +225,22 @@ def _box(drawing: Drawing, text: str) -> tuple[float, float, float, float]:
     su, sv = drawing.scale
     left, top, right, bottom = parse_box(text)
     return left / su, top / sv, right / su, bottom / sv
+
+
+def _contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
+    """The lines that nearly every drawing has: outlines, brows, irises, lips."""
+    step = max(SPACING * HEAD * camera.scale[0], 1.0)
+    return face_lines(rig, posed, camera, kinds=("contour",), step=step)
+
+
+def _evidence(detection: Detection) -> Evidence:
+    """What the detector saw, for the fit. A landmark's distance is distributed exponentially."""
+    height = np.ptp([v for _, v in detection.landmarks.values()])
+    spreads = {
+        name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
+        for name, near in detection.confidences.items()
+    }
+    return Evidence(detection.landmarks, spreads, detection.probabilities)
 
 
 def _name(drawing: Drawing) -> str:

@@ -243,9 +243,7 @@ def turns(triangles, triangle_edges, chosen, rise, vertices):
         crossings = 0
         for k in range(3):
             a, b = triangles[t, k], triangles[t, (k + 1) % 3]
-            against[k] = (
-                rise[a, 0] * rise[b, 0] + rise[a, 1] * rise[b, 1] + rise[a, 2] * rise[b, 2]
-            )
+            against[k] = rise[a, 0] * rise[b, 0] + rise[a, 1] * rise[b, 1] + rise[a, 2] * rise[b, 2]
             crossed[k] = against[k] <= 0
             crossings += crossed[k]
         if crossings < 2:
@@ -282,9 +280,7 @@ def turns(triangles, triangle_edges, chosen, rise, vertices):
             ox = vertices[j, 0] - vertices[i, 0]
             oy = vertices[j, 1] - vertices[i, 1]
             oz = vertices[j, 2] - vertices[i, 2]
-            hat = (
-                (ny * oz - nz * oy) * rx + (nz * ox - nx * oz) * ry + (nx * oy - ny * ox) * rz
-            )
+            hat = (ny * oz - nz * oy) * rx + (nz * ox - nx * oz) * ry + (nx * oy - ny * ox) * rz
             falls += hat * (rise[o, 0] * rx + rise[o, 1] * ry + rise[o, 2] * rz)
         if falls >= 0:
             continue

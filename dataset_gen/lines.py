@@ -242,9 +242,7 @@ def _lines(
     return _set(kind, surface, lines, strength)
 
 
-def _set(
-    kind: str, surface: Surface, lines: Polylines, strength: NDArray | None = None
-) -> LineSet:
+def _set(kind: str, surface: Surface, lines: Polylines, strength: NDArray | None = None) -> LineSet:
     triangles, count = surface.topology.triangles, len(lines.triangle)
     return LineSet(
         kind,

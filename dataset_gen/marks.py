@@ -133,7 +133,11 @@ def _beyond(lines: Polylines, line: NDArray, along: NDArray) -> NDArray:
 
 
 def drift(
-    length: NDArray, line: NDArray, along: NDArray, knots: float, columns: int,
+    length: NDArray,
+    line: NDArray,
+    along: NDArray,
+    knots: float,
+    columns: int,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
     """Smooth noise along lines, (m, columns), about normal with standard deviation 1.

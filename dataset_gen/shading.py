@@ -174,6 +174,7 @@ def construction(rig: FaceRig, vertices: NDArray, camera: Camera) -> list[Stroke
     # The head looks along z again; some of its skin says how large it is.
     head = vertices[np.flatnonzero(rig.parts["skin"])[::7]] @ turn
     points = vertices[rig.landmarks] @ turn
+
     def at(name: str) -> NDArray:
         return points[LANDMARKS.index(name)]
 

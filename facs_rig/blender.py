@@ -78,9 +78,7 @@ def build_face(
         made.append(face)
         collection.objects.link(face)
         add_properties(face, rig, parameters)
-        add_keys(
-            face, rig, to_blender(neutral), offsets, identity_keys=identity_keys, arkit=arkit
-        )
+        add_keys(face, rig, to_blender(neutral), offsets, identity_keys=identity_keys, arkit=arkit)
         built_for = {} if identity_keys else parameters.identity
         armature = make_armature(
             f"{name} Rig", rig, built_for, collection, made, movable=identity_keys

@@ -279,9 +279,7 @@ def _rigid(points: NDArray, moves: NDArray) -> tuple[NDArray, NDArray]:
     return np.array(axis) * angle, target - turn @ middle
 
 
-def place_joints(
-    armature: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]
-) -> None:
+def place_joints(armature: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
     """Move the joints of a face with identity keys to where this identity has them."""
     bones = armature.pose.bones
     rest, places = rig.joints(), rig.joints(identity)

@@ -56,8 +56,7 @@ def read_curves(arrays: Mapping[str, NDArray]) -> dict[str, Curves]:
     names = [name[6:-6] for name in arrays if name.startswith("curve_") and name.endswith("_index")]
     shared = {name: arrays[f"head_{name}"] for name in ("anchors", "axes") if names}
     return {
-        name: Curves(**{f: arrays[f"curve_{name}_{f}"] for f in FIELDS}, **shared)
-        for name in names
+        name: Curves(**{f: arrays[f"curve_{name}_{f}"] for f in FIELDS}, **shared) for name in names
     }
 
 

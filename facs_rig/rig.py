@@ -148,6 +148,21 @@ class FaceRig:
         """(keys,) the value of every key; ValueError for unknown names and bad values."""
         return self._key_values([parameters], [target_weights(parameters.identity)])[0]
 
+    def key_values_of(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
+        """(b, keys) the values of every key for many faces; see `key_values`."""
+        return self._key_values(batch, [target_weights(p.identity) for p in batch])
+
+    @cached_property
+    def linear_parts(self) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray, NDArray]:
+        """What the upright face is a sum of: the refinement (n, m) of the cage, the cage (m, 3)
+        itself, and its movements (identity targets + keys, m, 3); then the vertices (u,) that the
+        remaining keys, the creases, move, and how (creases, u, 3). All from the head's joint."""
+        moves = np.concatenate([self._identity, self._cage_keys]).reshape(-1, len(self._base), 3)
+        moves = moves[:, : self._m] - moves[:, self._m : self._m + 1]
+        creases = self._creases.reshape(len(self._creases), -1, 3)
+        cage = self._base[: self._m] - self._base[self._m]
+        return self._matrix, cage, moves, self._crease_at, creases
+
     def _key_values(
         self, batch: Sequence[FaceParameters], who: Sequence[NDArray] | NDArray
     ) -> NDArray[np.float32]:

@@ -1,21 +1,29 @@
-"""Active contours that pull a posed face to the lines of a sketch (the thesis, chapter 3)."""
+"""A posed face is brought to the lines of a sketch: by its own lines, or as in the thesis."""
 
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
 from .fit import Fit, fit_offsets, head_box
-from .identity import fit_identity
+from .line_fit import LineFit, fit_lines, unmatched_lines
+from .lines import Lines, SurfaceLines
+from .shape import HEAD, Evidence
 from .tweakables import WORKING_SIZE, Tweakables, describe
 
 __all__ = [
+    "HEAD",
     "WORKING_SIZE",
+    "Evidence",
     "Fit",
+    "LineFit",
+    "Lines",
+    "SurfaceLines",
     "Tweakables",
     "align",
     "align_box",
     "align_landmarks",
     "describe",
-    "fit_identity",
+    "fit_lines",
     "fit_offsets",
     "head_box",
     "ink_box",
     "parse_box",
+    "unmatched_lines",
 ]

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from facs_rig import LANDMARKS, FaceRig
 from facs_rig.anatomy import HAIR_PARTS
 
-__all__ = ["carry_parts", "even_skull"]
+__all__ = ["carry_parts", "even_skull", "keep_lids_on_eyes"]
 
 LID_SHARE = 0.3
 """Skin within this fraction of an eyeball's radius from its surface belongs to its lids."""
@@ -53,6 +53,31 @@ def carry_parts(
         lids = tree.query_ball_point(centre, radius * (1.0 + LID_SHARE))
         if lids:
             result[eye] = offsets[skin[lids]].mean(axis=0)
+    return result
+
+
+def keep_lids_on_eyes(
+    rig: FaceRig, vertices: NDArray[np.floating], offsets: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Offsets with which lids lie as far from their eyeball as before, wherever they have slid.
+
+    vertices : (n, 3) float, metres, the face before the offsets
+    offsets : (n, 3) float, metres; those of an eyeball move it as a whole
+    """
+    result = np.array(offsets, dtype=np.float64)
+    skin = np.flatnonzero(rig.parts["skin"])
+    for eye in eyeballs(rig):
+        before = (vertices[eye].min(axis=0) + vertices[eye].max(axis=0)) / 2
+        radius = np.linalg.norm(vertices[eye] - before, axis=1).max()
+        after = before + offsets[eye].mean(axis=0)
+        away = np.linalg.norm(vertices[skin] - before, axis=1)
+        near = away < (1.0 + LID_SHARE) * radius
+        lids, away = skin[near], away[near]
+        share = np.clip((1.0 + LID_SHARE - away / radius) / (LID_SHARE / 2), 0.0, 1.0)
+        moved = vertices[lids] + result[lids] - after
+        now = np.linalg.norm(moved, axis=1)
+        kept = moved * (away / np.maximum(now, 1e-9))[:, None]
+        result[lids] += share[:, None] * (kept - moved)
     return result
 
 

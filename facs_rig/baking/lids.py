@@ -96,9 +96,7 @@ def hold_rim(
     return points + field.rim[:, None] * (held - points)
 
 
-def measure_opening(
-    vertices: NDArray, triangles: NDArray, is_eye: NDArray, left: bool
-) -> Opening:
+def measure_opening(vertices: NDArray, triangles: NDArray, is_eye: NDArray, left: bool) -> Opening:
     """The opening between the lids, as seen from the front on the fine plain face.
 
     vertices : (n, 3), without lashes;  is_eye : (t,) which triangles are eyeball
@@ -228,9 +226,7 @@ def lid_keys(
 
     low, up = f"lid_lower_{side}", f"lid_upper_{side}"
     raised = f"min(max({total(lower, LOWER_FOLLOWS)},{LOWER_DOWN}),{LOWER_UP})"
-    upper_value = (
-        f"min(max({total(upper, UPPER_FOLLOWS)},{WIDEST})*(1-lid_rest),1-lid_rest-{low})"
-    )
+    upper_value = f"min(max({total(upper, UPPER_FOLLOWS)},{WIDEST})*(1-lid_rest),1-lid_rest-{low})"
     return (
         Key(low, f"{raised}*min(1,1-lid_rest)"),
         Key(up, upper_value),

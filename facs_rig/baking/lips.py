@@ -111,9 +111,7 @@ def seal_identities(people: People, mouth: Mouth) -> None:
     plain = people.plain[:m]
     rest = mouth.gaps(plain)
     for k in range(WHOLE_FACES, len(people.deltas)):
-        people.deltas[k, :m] = sealed(
-            plain, people.deltas[k, :m], mouth, lambda gaps: gaps - rest
-        )
+        people.deltas[k, :m] = sealed(plain, people.deltas[k, :m], mouth, lambda gaps: gaps - rest)
 
 
 def seal_controls(controls: NDArray, plain: NDArray, mouth: Mouth) -> None:
@@ -123,9 +121,7 @@ def seal_controls(controls: NDArray, plain: NDArray, mouth: Mouth) -> None:
     for k, control in enumerate(CONTROLS):
         if control.name.startswith(PARTING) or WHOLE[k] != k:
             continue
-        closed = sealed(
-            plain[:m], controls[k, :m], mouth, lambda gaps: np.maximum(gaps - rest, 0)
-        )
+        closed = sealed(plain[:m], controls[k, :m], mouth, lambda gaps: np.maximum(gaps - rest, 0))
         shift = closed - controls[k, :m]
         for j in (j for j in range(len(CONTROLS)) if WHOLE[j] == k):  # itself and its sides
             controls[j, :m] += shift * mouth.masks.get(CONTROLS[j].side, 1.0)

@@ -124,9 +124,7 @@ def carry_hairs(displacements: NDArray, hairs: Sequence[Hairs]) -> None:
     for hair in hairs:
         last = first + hair.matrix.shape[0]
         if hair.stands_on is not None:
-            displacements[first:last] = (
-                hair.stands_on @ displacements[: hair.stands_on.shape[1]]
-            )
+            displacements[first:last] = hair.stands_on @ displacements[: hair.stands_on.shape[1]]
         first = last
 
 

@@ -409,9 +409,7 @@ def test_a_sheet_has_every_control_at_rest_half_and_full():
 
     seen = []
     rig = load_rig()
-    page = sheet.contact_sheet(
-        rig, kinds=("drawn",), size=48, progress=lambda *at: seen.append(at)
-    )
+    page = sheet.contact_sheet(rig, kinds=("drawn",), size=48, progress=lambda *at: seen.append(at))
     assert seen[-1] == (1 + 2 * 47,) * 2
     assert page.dtype == np.uint8 and page.shape[2] == 3
     with pytest.raises(ValueError, match="there is no view 'back'"):

@@ -1,11 +1,10 @@
-"""The distance between lines, against drawings whose answer is known."""
+"""The lines of a face, and their distance from drawings whose answer is known."""
 
 import numpy as np
 import pytest
 
-from addon import measure
-from addon.measure import contour_error, ruler
-from facs_rig import Camera
+from addon.measure import contour_error, face_lines, ruler
+from facs_rig import Camera, FaceParameters, load_rig
 
 
 def page(rows, size=100):
@@ -15,49 +14,60 @@ def page(rows, size=100):
     return drawing
 
 
-@pytest.fixture
-def line_model(monkeypatch):
-    """A 'face' that is drawn as one horizontal line, at the height that stands for its vertices."""
-
-    def lines(rig, posed, camera):
-        u = np.arange(10.5, 90, 0.5)
-        points = np.column_stack([u, np.full_like(u, float(posed))])
-        left, top = -np.array(camera.centre) / camera.scale
-        return (points - [left, top]) * camera.scale
-
-    monkeypatch.setattr(measure, "model_lines", lines)
+def line(height, scale=1.0):
+    """Points all along a horizontal line, as the lines of a face are given."""
+    u = np.arange(10.5, 90, 0.5)
+    return scale * np.column_stack([u, np.full_like(u, height)])
 
 
-CAMERA = Camera(100, 100, (1.0, 1.0), (0.0, 0.0))
 BOX = (0, 0, 100, 100)
 
 
 @pytest.mark.parametrize("shift", [0, 3, 7])
-def test_a_shifted_line_is_as_far_as_it_was_shifted(line_model, shift):
+def test_a_shifted_line_is_as_far_as_it_was_shifted(shift):
     r = ruler(page([40]), BOX, reach=15)
-    assert contour_error(r, None, 40.5 + shift, CAMERA) == pytest.approx(shift, abs=0.3)
+    assert contour_error(r, line(40.5 + shift)) == pytest.approx(shift, abs=0.3)
 
 
-def test_distance_is_cut_at_the_reach(line_model):
+def test_distance_is_cut_at_the_reach():
     r = ruler(page([40]), BOX, reach=5)
-    assert contour_error(r, None, 80.5, CAMERA) == pytest.approx(5)
+    assert contour_error(r, line(80.5)) == pytest.approx(5)
 
 
-def test_a_line_without_counterpart_counts_the_same_wherever_the_face_is(line_model):
+def test_a_line_without_counterpart_counts_the_same_wherever_the_face_is():
     """Half of the sketch is hair far away: it adds its cut distance, no more."""
     r = ruler(page([40, 95]), BOX, reach=10)
-    near, off = (contour_error(r, None, y, CAMERA) for y in (40.5, 44.5))
+    near, off = (contour_error(r, line(y)) for y in (40.5, 44.5))
     assert near == pytest.approx((0 + 5) / 2, abs=0.2)
     assert off == pytest.approx((4 + 7) / 2, abs=0.3)
 
 
-def test_large_pages_are_measured_in_their_own_pixels(line_model):
+def test_large_pages_are_measured_in_their_own_pixels():
     drawing = np.repeat(np.repeat(page([40, 41], 100), 16, axis=0), 16, axis=1)
-    camera = Camera(1600, 1600, (16.0, 16.0), (0.0, 0.0))
     r = ruler(drawing, (0, 0, 1600, 1600), reach=240)
     assert r.cell == 4
-    assert contour_error(r, None, 46.0, camera) == pytest.approx(5 * 16, abs=8)
+    assert contour_error(r, line(46.0, 16)) == pytest.approx(5 * 16, abs=8)
 
 
-def test_nothing_to_measure_is_the_reach(line_model):
-    assert contour_error(ruler(page([]), BOX, 7), None, 40.5, CAMERA) == 7
+def test_nothing_to_measure_is_the_reach():
+    assert contour_error(ruler(page([]), BOX, 7), line(40.5)) == 7
+
+
+@pytest.mark.parametrize("step", [1.0, 4.0])
+def test_the_lines_of_a_face_lie_on_its_surface_and_follow_each_other(step):
+    rig = load_rig()
+    posed = rig.pose(FaceParameters({"smile": 4.0}, head=(0.3, 0.1, 0.0)))
+    camera = Camera.framing(posed, 300, 300)
+    found = face_lines(rig, posed, camera, step=step)
+    points, along = found.lines.points, found.lines.along
+    assert found.starts[0] == 0 and found.starts[-1] == len(points) == len(found.triangle)
+    corners = posed[rig.triangles[found.triangle]]
+    surface = camera.project(np.einsum("kc,kcd->kd", found.weights, corners))
+    assert np.abs(surface - points).max() < 0.6  # hidden parts are looked for just above the skin
+    np.testing.assert_allclose(np.linalg.norm(along, axis=1), 1, atol=1e-6)
+    for a, b in zip(found.starts[:-1], found.starts[1:], strict=True):
+        steps = np.diff(points[a:b], axis=0)
+        far = np.linalg.norm(steps, axis=1)
+        assert (far < step + 1.5).all()
+        if len(far) > 3:
+            assert np.median(np.einsum("kd,kd->k", steps / far[:, None], along[a : b - 1])) > 0.95

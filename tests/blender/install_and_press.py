@@ -1,6 +1,6 @@
 """Runs in a clean Blender: installs the zip as an artist would, presses the button, reports.
 
-    python install_and_press.py extension|legacy ZIP SKETCH RESULT.json
+python install_and_press.py extension|legacy ZIP SKETCH RESULT.json
 """
 
 import json

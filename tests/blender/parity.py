@@ -1,6 +1,6 @@
 """Runs in a Blender without a window: builds faces and compares them with the numpy rig.
 
-    blender -b --python-exit-code 1 -P parity.py -- RESULT.json
+blender -b --python-exit-code 1 -P parity.py -- RESULT.json
 """
 
 import json

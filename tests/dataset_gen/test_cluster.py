@@ -138,7 +138,6 @@ def test_an_interrupt_drops_what_is_pending(tmp_path, dask, undisturbed):
     assert contents(folder) == undisturbed
 
 
-
 def test_a_shard_that_kills_its_workers_is_named(tmp_path, dask, monkeypatch):
     monkeypatch.setattr(dask.scheduler, "allowed_failures", 0)
     monkeypatch.setattr(cluster, "make", lambda *_: os.kill(os.getpid(), signal.SIGKILL))

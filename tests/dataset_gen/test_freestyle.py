@@ -39,8 +39,8 @@ POSES = {
 CAMERAS = {
     "orthographic": lambda points: Camera.framing(points, 256, 256, 0.06),
     "perspective": lambda points: Camera.framing(points, 256, 256, 0.06, distance=0.9),
-    "oblong": lambda points: (
-        Camera.framing(points, 256, 256, 0.06).cropped(20, 10, 230, 250, 182, 400)
+    "oblong": lambda points: Camera.framing(points, 256, 256, 0.06).cropped(
+        20, 10, 230, 250, 182, 400
     ),
 }
 

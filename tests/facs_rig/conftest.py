@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 
 # The tests are collected with importlib and are no package: load the helper by its path.
-_spec = importlib.util.spec_from_file_location(
-    "rig_sanity", Path(__file__).with_name("sanity.py")
-)
+_spec = importlib.util.spec_from_file_location("rig_sanity", Path(__file__).with_name("sanity.py"))
 _module = importlib.util.module_from_spec(_spec)
 sys.modules["rig_sanity"] = _module
 _spec.loader.exec_module(_module)

@@ -248,7 +248,5 @@ def test_folds_collapses_and_insides_are_counted(rig, surface):
 
 def test_expressions_three_times_too_strong_fold_the_face(groups, rig, surface):
     rest = rig.neutral()
-    folds = [
-        len(surface.folded(rest + 3 * (rig.pose(p) - rest), rest)) for p in groups["ten"][:10]
-    ]
+    folds = [len(surface.folded(rest + 3 * (rig.pose(p) - rest), rest)) for p in groups["ten"][:10]]
     assert np.mean(folds) > 30

@@ -1,0 +1,100 @@
+"""How points of the surface move when a parameter of the face changes: what fitting needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from .controls import MAX_INTENSITY
+from .identity import BY_NAME, IDENTITY_KEYS, target_weights
+from .mesh import is_shape
+from .parameters import FaceParameters
+
+if TYPE_CHECKING:
+    from .rig import FaceRig
+
+STEP = 0.05  # of a parameter, between which its movement is taken
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """k points of a face and what moves them.
+
+    identity : (targets, k, 3), keys : (keys, k, 3), metres at weight 1, head upright;
+    neutral : (k, 3) metres without any target or key
+    """
+
+    neutral: NDArray[np.float32]
+    identity: NDArray[np.float32]
+    keys: NDArray[np.float32]
+
+    def at(self, index: NDArray | slice) -> SurfacePoints:
+        """Some of the points."""
+        return SurfacePoints(self.neutral[index], self.identity[:, index], self.keys[:, index])
+
+
+def surface_points(rig: FaceRig, vertices: NDArray, weights: NDArray) -> SurfacePoints:
+    """Points given by vertices (k, c) and their weights (k, c), such as corners of triangles.
+
+    Raises ValueError if the two differ in shape.
+    """
+    is_shape(weights, vertices.shape, "weights")
+    count, corners = vertices.shape
+    rows = np.repeat(np.arange(count), corners)
+    mixing = sp.csr_matrix(
+        (np.asarray(weights, np.float32).ravel(), (rows, vertices.ravel())),
+        shape=(count, rig.n_vertices),
+    )
+    matrix, cage, moves, at, creases = rig.linear_parts
+    rows = (mixing @ matrix).tocsr()
+    used = np.unique(rows.indices)  # a few points touch little of the cage
+    moves = np.concatenate([cage[None], moves])[:, used]
+    fine, folds = _mixed(rows[:, used], moves), _mixed(mixing[:, at], creases)
+    split = 1 + len(IDENTITY_KEYS)
+    return SurfacePoints(fine[0], fine[1:split], np.concatenate([fine[split:], folds]))
+
+
+def _mixed(rows: sp.csr_matrix, moves: NDArray) -> NDArray[np.float32]:
+    """(moves, k, 3) at points whose weights (k, m) of the movements (moves, m, 3) are given."""
+    flat = moves.transpose(1, 0, 2).reshape(moves.shape[1], 3 * len(moves))
+    return (rows @ flat).reshape(-1, len(moves), 3).transpose(1, 0, 2)
+
+
+def movements(
+    rig: FaceRig,
+    points: SurfacePoints,
+    parameters: FaceParameters,
+    identity: Sequence[str],
+    controls: Sequence[str],
+) -> NDArray[np.float32]:
+    """(identity + controls, k, 3) metres that points move for each unit of these parameters.
+
+    Of the upright head, taken as differences about `parameters`, inside the parameters' ranges.
+    Raises ValueError for unknown names.
+    """
+    who, how = [], []
+    for name in identity:
+        feature = BY_NAME[name]
+        here = parameters.identity.get(name, feature.default)
+        low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
+        ends = [target_weights({**parameters.identity, name: value}) for value in (low, high)]
+        who.append((ends[1] - ends[0]) / (high - low))
+    poses = []
+    for name in controls:
+        here = parameters.aus.get(name, 0.0)
+        low, high = max(here - STEP, 0.0), min(here + STEP, MAX_INTENSITY)
+        poses += [replace(parameters, aus={**parameters.aus, name: v}) for v in (low, high)]
+        how.append(1 / (high - low))
+    parts = []
+    if who:
+        parts.append(np.tensordot(np.array(who, np.float32), points.identity, axes=1))
+    if how:
+        values = rig.key_values_of(poses)
+        slopes = (values[1::2] - values[::2]) * np.array(how, np.float32)[:, None]
+        parts.append(np.tensordot(slopes, points.keys, axes=1))
+    return np.concatenate(parts) if parts else np.zeros((0, *points.neutral.shape), np.float32)

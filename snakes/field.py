@@ -1,0 +1,56 @@
+"""From movements known along lines to a smooth movement of all the skin.
+
+A Gaussian process (Rasmussen & Williams 2006, "Gaussian Processes for Machine Learning", ch. 2):
+the movement over the skin is as smooth as skin moves, and what is known of it is its part across a
+line, at the line's points, with an error. Unlike a sum of falling-off handles it neither piles up
+where lines are dense nor lumps around each of them, and what a line leaves open, the way along it,
+is decided by the lines nearby that run otherwise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+__all__ = ["smooth_field"]
+
+
+def smooth_field(
+    places: NDArray[np.floating],
+    normals: NDArray[np.floating],
+    moves: NDArray[np.floating],
+    errors: NDArray[np.floating],
+    at: NDArray[np.floating],
+    length: float,
+    size: float,
+) -> NDArray[np.float64]:
+    """The likeliest movement (m, 2) at places `at` (m, 3).
+
+    Parameters
+    ----------
+    places : (k, 3) float, metres, where something is known
+    normals : (k, 2) float, unit, the direction of which it is known
+    moves : (k,) float, metres, the movement in that direction
+    errors : (k,) float, metres, how far off each may be; above 0
+    at : (m, 3) float, metres
+    length : metres over which a movement dies away (standard deviation of a bell)
+    size : metres, how large movements usually are
+
+    Raises ValueError when an error is not above 0.
+    """
+    if not len(places):
+        return np.zeros((len(at), 2))
+    if not (np.asarray(errors) > 0).all():
+        raise ValueError("What is known of a movement has an error above 0.")
+    alike = _bell(places, places, length) * (normals @ normals.T)
+    alike[np.diag_indices(len(places))] += (np.asarray(errors) / size) ** 2
+    share = cho_solve(cho_factor(alike, lower=True), np.asarray(moves, float))
+    return _bell(at, places, length) @ (share[:, None] * normals)
+
+
+def _bell(a: NDArray, b: NDArray, length: float) -> NDArray[np.float64]:
+    """(k, m) exp(-d² / 2 length²) of the distances d between points (k, 3) and (m, 3)."""
+    a, b = np.asarray(a, float) / length, np.asarray(b, float) / length
+    squares = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * (a @ b.T)
+    return np.exp(-0.5 * np.maximum(squares, 0.0))

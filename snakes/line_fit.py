@@ -1,0 +1,114 @@
+"""From a detected face to the drawn one: parameters first, then snakes for what is left.
+
+The thesis lets the sketch's contours slide down the shading of the face. Here the lines of both are
+compared, which is quicker and comes closer (docs/fit.md); `snakes.fit` is the thesis' own way.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import Camera, FaceParameters, FaceRig
+
+from .deltas import runs
+from .fit import head_box
+from .lines import Draw, Lines, centre_lines, nearest_lines, paths, spacing
+from .offsets import symmetrise
+from .pull import pull_skin
+from .shape import HEAD, Evidence, fit_shape
+from .tweakables import WORKING_SIZE, Tweakables
+
+__all__ = ["LineFit", "fit_lines", "unmatched_lines"]
+
+ANSWERS = 0.02
+"""A line of the face answers one of the drawing that lies so near, as a share of the head."""
+SHORTEST = 0.05
+"""A stretch without an answer is reported from this length on, as a share of the head."""
+BRIDGED = 0.02
+"""Of a stretch without an answer, what may have one by chance, as a share of the head."""
+
+
+@dataclass(frozen=True)
+class LineFit:
+    """A face whose lines lie on a drawing's.
+
+    parameters, camera : with identity, head and intensities as the lines have them
+    offsets : (n, 3) float32, metres, head upright, for FaceRig.shape
+    drawn : the drawing's lines      timings_s : seconds for each step
+    """
+
+    parameters: FaceParameters
+    camera: Camera
+    offsets: NDArray[np.float32]
+    drawn: Lines
+    timings_s: dict[str, float]
+
+
+def fit_lines(
+    drawing: NDArray[np.floating],
+    rig: FaceRig,
+    parameters: FaceParameters,
+    camera: Camera,
+    evidence: Evidence,
+    draw: Draw,
+    tweakables: Tweakables | None = None,
+) -> LineFit:
+    """Fit a face to a drawing (h, w; 1 is paper).
+
+    parameters, camera : as detected and aligned      evidence : what else is known of the drawing
+    draw : the lines of a posed face that a drawing mostly shows
+    tweakables : Max Delta, Smoothness, Soft Select Distance and Mirror count; the rest is of the
+    thesis' own way
+
+    Raises ValueError when the drawing and the camera differ in size or the face is out of sight.
+    """
+    settings = tweakables or Tweakables()
+    if drawing.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"The camera is made for a drawing of {camera.width}x{camera.height} pixels, "
+            f"this one has {drawing.shape[1]}x{drawing.shape[0]}."
+        )
+    laps = [time.perf_counter()]
+    box = head_box(rig.pose(parameters), camera)
+    drawn = centre_lines(drawing, box)
+    laps.append(time.perf_counter())
+    parameters, camera = fit_shape(drawn, rig, parameters, camera, evidence, draw)
+    laps.append(time.perf_counter())
+    max_move = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
+    length = settings.soft_select_distance / 100
+    model = draw(rig.pose(parameters), camera)
+    offsets = pull_skin(
+        drawn, model, rig, parameters, camera, length, max_move, settings.smoothness
+    )
+    if settings.mirror:
+        offsets = symmetrise(offsets, rig.mirror)
+    laps.append(time.perf_counter())
+    steps = ("lines", "shape", "skin")
+    timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))
+    return LineFit(parameters, camera, offsets.astype(np.float32), drawn, timings)
+
+
+def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:
+    """The stretches of a drawing's lines that nothing on the face answers to; (k, 2) pixels each.
+
+    model : all lines of the fitted face, as many kinds as can be drawn
+    """
+    head = HEAD * camera.scale[0]
+    pair, _ = nearest_lines(drawn=model, asked=drawn, turn=ANSWERS * head, reach=ANSWERS * head)
+    step = spacing(drawn.points)
+    found = []
+    for path in paths(drawn.points, 1.6 * step):
+        lost = pair[path] < 0
+        for gap in runs(~lost):
+            inner = gap.start > 0 and gap.stop < len(path)
+            if inner and (gap.stop - gap.start) * step < BRIDGED * head:
+                lost[gap] = True
+        for part in runs(lost, 2):
+            line = drawn.points[path[part]]
+            if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() >= SHORTEST * head:
+                found.append(line)
+    return found

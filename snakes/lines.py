@@ -1,0 +1,159 @@
+"""Lines as points with directions: those of a drawing, those of a face, and which answer which."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.spatial import cKDTree
+from skimage.morphology import skeletonize
+
+from facs_rig import Camera
+
+from .contours import Box, binarise, working_drawing
+
+__all__ = [
+    "Draw", "Lines", "SurfaceLines", "centre_lines", "directions", "nearest_lines", "paths",
+    "spacing",
+]  # fmt: skip
+
+HEIGHT = 320
+"""Rows in which the head's box is looked at."""
+NEIGHBOURS = 9
+"""Points of a line whose spread says where it runs."""
+AROUND = 4.0
+"""Cells within which they lie."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Points all along lines.
+
+    points : (k, 2) float64, pixels (u, v)      along : (k, 2) float64, unit, either way
+    """
+
+    points: NDArray[np.float64]
+    along: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SurfaceLines:
+    """Lines of a posed face as a camera sees them.
+
+    lines : k points, one line behind another      starts : (lines + 1,) where each begins
+    triangle : (k,) int, weights : (k, 3), where on the surface they lie
+    """
+
+    lines: Lines
+    starts: NDArray[np.intp]
+    triangle: NDArray[np.intp]
+    weights: NDArray[np.float64]
+
+
+Draw = Callable[[NDArray[np.floating], Camera], SurfaceLines]
+"""Draws posed vertices (n, 3) as a camera sees them."""
+
+
+def centre_lines(drawing: NDArray[np.floating], box: Box) -> Lines:
+    """The middle of every stroke of a drawing (h, w; 1 is paper) within a box, a point a cell.
+
+    box : (left, top, right, bottom), pixels; it is looked at in HEIGHT rows, at most its own.
+    """
+    high = max(box[3] - box[1], 1.0)
+    cell = max(high / HEIGHT, 1.0)
+    size = max(int((box[2] - box[0]) / cell), 1), max(int(high / cell), 1)
+    ink = binarise(working_drawing(drawing, box, size))
+    v, u = np.nonzero(skeletonize(np.pad(ink, 1))[1:-1, 1:-1])
+    cells = np.array([(box[2] - box[0]) / size[0], high / size[1]])
+    points = np.stack([u, v], axis=1) + 0.5
+    return Lines(points * cells + box[:2], directions(points))
+
+
+def directions(points: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Where lines run at their points (k, 2), in cells: unit vectors (k, 2), either way.
+
+    The direction in which the nearest points spread most; a lone point runs sideways.
+    """
+    if len(points) < 2:
+        return np.tile([1.0, 0.0], (len(points), 1))
+    k = min(NEIGHBOURS, len(points))
+    tree = cKDTree(points)
+    away, near = tree.query(points, k=k, distance_upper_bound=AROUND)
+    here = np.isfinite(away)
+    offset = np.where(here[..., None], points[np.minimum(near, len(points) - 1)], np.nan)
+    offset = np.nan_to_num(offset - np.nanmean(offset, axis=1, keepdims=True))
+    a, b = (offset[..., 0] ** 2).sum(axis=1), (offset[..., 1] ** 2).sum(axis=1)
+    c = (offset[..., 0] * offset[..., 1]).sum(axis=1)
+    angle = 0.5 * np.arctan2(2 * c, a - b)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def paths(points: NDArray[np.floating], apart: float) -> list[NDArray[np.intp]]:
+    """The points (k, 2) of lines in order, a path for each stretch between ends and crossings.
+
+    apart : pixels, farther from each other points are no neighbours. Paths of one point are left
+    out; a ring is opened somewhere.
+    """
+    if len(points) < 2:
+        return []
+    pairs = cKDTree(points).query_pairs(apart, output_type="ndarray")
+    plain = np.bincount(pairs.ravel(), minlength=len(points)) <= 2
+    pairs = pairs[plain[pairs].all(axis=1)]
+    links = csr_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(points),) * 2)
+    links = links + links.T
+    count, owner = connected_components(links, directed=False)
+    degree = np.diff(links.indptr)
+    found = []
+    for members in np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner))[:-1]):
+        if len(members) > 1:
+            ends = members[degree[members] == 1]
+            start = ends[0] if len(ends) else members[0]
+            order = breadth_first_order(links, start, directed=False)[0]
+            found.append(order if len(ends) else _around(links, start))
+    return found
+
+
+def _around(ring: csr_matrix, start: int) -> NDArray[np.intp]:
+    """The points of a ring from one of them on, all the way round."""
+    order, before, here = [start], -1, start
+    while True:
+        ahead = ring.indices[ring.indptr[here] : ring.indptr[here + 1]]
+        following = [p for p in ahead.tolist() if p != before]
+        if not following or following[0] == start:
+            return np.array(order)
+        before, here = here, following[0]
+        order.append(here)
+
+
+def spacing(points: NDArray[np.floating]) -> float:
+    """The usual distance between neighbouring points (k, 2) of lines; 0 for less than two."""
+    if len(points) < 2:
+        return 0.0
+    return float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
+
+
+def nearest_lines(
+    drawn: Lines, asked: Lines, turn: float, reach: float
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """For each point of the lines `asked` the drawn one that lies and runs most like it.
+
+    Distance counts in pixels, and a right angle between the two as `turn` pixels (directional
+    chamfer matching: Liu, Tuzel, Veeraraghavan, Chellappa 2010, "Fast Directional Chamfer
+    Matching", CVPR). Returns (k,) int, -1 where none is within `reach`, and (k,) that distance.
+    """
+    if not len(drawn.points) or not len(asked.points):
+        return np.full(len(asked.points), -1), np.full(len(asked.points), np.inf)
+    tree = cKDTree(_placed(drawn, turn))
+    away, near = tree.query(_placed(asked, turn), distance_upper_bound=reach)
+    return np.where(np.isfinite(away), near, -1), away
+
+
+def _placed(lines: Lines, turn: float) -> NDArray[np.float64]:
+    """(k, 4) place and doubled angle, so that both ways along a line are the same."""
+    x, y = lines.along.T
+    doubled = np.stack([x * x - y * y, 2 * x * y], axis=1)
+    return np.concatenate([lines.points, turn / 2 * doubled], axis=1)

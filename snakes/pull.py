@@ -1,0 +1,161 @@
+"""The last millimetres: a face's lines settle on the drawing's, and the skin follows smoothly.
+
+Each line of the face is a snake (Kass, Witkin, Terzopoulos 1988, "Snakes: Active Contour Models")
+that starts at rest where the face has it. Its points move across it alone, toward the line of the
+drawing that lies and runs most like it; stretching (α) and bending (β) are those of the movement,
+not of the line, so that a line at rest keeps its form. Ends are natural: A = α D1ᵀD1 + β D2ᵀD2,
+which is stable at every step, and banded, so that all snakes take a step in a millisecond.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.identity import target_weights
+from facs_rig.rotation import rotation
+
+from .field import smooth_field
+from .lines import Lines, SurfaceLines, nearest_lines
+from .parts import carry_parts, keep_lids_on_eyes
+from .shape import HEAD, hair_over_skull, skull_triangles
+
+__all__ = ["pull_skin", "settle"]
+
+ROUNDS = 6
+REACH = (0.012, 0.008)
+"""How far a snake looks for a line, as a share of the head, at first and in the last round."""
+TURN = 1.0
+"""A right angle counts as this times the reach."""
+ALPHA, BETA = 1.0, 20.0
+SURE = 0.35
+"""A point whose line is less sure says nothing to the skin."""
+APART = 0.012
+"""Of the points on a line those are asked that lie so far apart, as a share of the head."""
+SIZE, ERROR = 0.004, 0.003
+"""Metres: how large a movement of the skin is, and how far off what a line says."""
+OPEN = {"jaw_open": 5.0}
+"""Distance over the skin is that of a face with its mouth open: lips do not pull each other."""
+
+
+def settle(
+    model: Lines,
+    starts: NDArray[np.integer],
+    drawn: Lines,
+    reach: tuple[float, float],
+    alpha: float = ALPHA,
+    beta: float = BETA,
+    rounds: int = ROUNDS,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far each point of some lines has to move across its line to lie on a drawing's.
+
+    Parameters
+    ----------
+    model : k points of lines, one behind another      starts : (lines + 1,) where each begins
+    drawn : lines of the drawing
+    reach : pixels within which a line is looked for, at first and in the last round
+
+    Returns
+    -------
+    moves : (k,) pixels along (-v, u) of the line's direction (u, v)
+    sure : (k,) 0..1, how well a point's line fits; 0 where it found none and follows its neighbours
+    """
+    moves, sure = np.zeros(len(model.points)), np.zeros(len(model.points))
+    if not len(model.points) or not len(drawn.points):
+        return moves, sure
+    normal = model.along[:, ::-1] * (-1, 1)
+    stiff = _stiffness(starts, alpha, beta)
+    for far in np.geomspace(*reach, rounds):
+        here = Lines(model.points + moves[:, None] * normal, model.along)
+        pair, away = nearest_lines(drawn, here, TURN * far, 1.5 * far)
+        target = np.einsum("kd,kd->k", drawn.points[pair] - model.points, normal)
+        sure = np.where(pair >= 0, np.clip(1 - (away / (1.5 * far)) ** 2, 0, 1) ** 2, 0.0)
+        bands = stiff.copy()
+        bands[0] += sure + 1e-6
+        moves = solveh_banded(bands, sure * target, lower=True)
+    return moves, sure
+
+
+def _stiffness(starts: NDArray[np.integer], alpha: float, beta: float) -> NDArray[np.float64]:
+    """(3, k) lower bands of α D1ᵀD1 + β D2ᵀD2, whose differences never cross from line to line."""
+    count = int(starts[-1])
+    bands = np.zeros((3, count))
+    line = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    for weight, pattern in ((alpha, (-1.0, 1.0)), (beta, (1.0, -2.0, 1.0))):
+        reach = len(pattern)
+        first = np.flatnonzero(line[: count - reach + 1] == line[reach - 1 :])
+        for i, a in enumerate(pattern):
+            for j, b in enumerate(pattern[: i + 1]):
+                np.add.at(bands[i - j], first + j, weight * a * b)
+    return bands
+
+
+def pull_skin(
+    drawn: Lines,
+    model: SurfaceLines,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    camera: Camera,
+    length: float,
+    max_move: float,
+    smoothness: float = 1.0,
+) -> NDArray[np.float64]:
+    """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
+
+    model : the posed face's lines      length : metres over which a movement of the skin dies away
+    max_move : metres, no vertex moves farther      smoothness : of the snakes, 1 is usual
+    """
+    head = HEAD * camera.scale[0]
+    reach = tuple(share * head for share in REACH)
+    stiff = ALPHA * smoothness, BETA * smoothness
+    moves, sure = settle(model.lines, model.starts, drawn, reach, *stiff)
+    over = skull_triangles(rig)[model.triangle]
+    if hair_over_skull(drawn, model.lines, over, head):
+        sure[over] = 0.0
+    asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))
+    asked = asked[_thinned(model.lines.points[asked], APART * head)]
+    if not len(asked):
+        return np.zeros((rig.n_vertices, 3))
+    matrix, cage, movements, _, _ = rig.linear_parts
+    opened = {**parameters.aus, **OPEN}
+    spread = _cage_of(rig, FaceParameters(opened, parameters.identity))
+    corners = rig.triangles[model.triangle[asked]]
+    rows = _mixed(matrix, corners, model.weights[asked])
+    normal = model.lines.along[asked][:, ::-1] * (-1, 1)
+    field = smooth_field(
+        rows @ spread,
+        normal * (1, -1),  # pixels run down, metres up
+        moves[asked] / camera.scale[0],
+        ERROR / np.sqrt(sure[asked]),
+        spread,
+        length,
+        SIZE,
+    )
+    flat = np.concatenate([field, np.zeros((len(field), 1))], axis=1)
+    offsets = matrix @ (flat @ rotation(parameters.head))
+    shape = rig.shape(parameters)
+    offsets = keep_lids_on_eyes(rig, shape, carry_parts(rig, shape, offsets))
+    far = np.linalg.norm(offsets, axis=1, keepdims=True)
+    return offsets * np.minimum(1.0, max_move / np.maximum(far, 1e-12))
+
+
+def _cage_of(rig: FaceRig, parameters: FaceParameters) -> NDArray[np.float64]:
+    """(m, 3) the cage of the upright face."""
+    _, cage, moves, _, _ = rig.linear_parts
+    keys = rig.key_values(parameters)
+    count = len(moves) - len(target_weights({}))
+    weights = np.concatenate([target_weights(parameters.identity), keys[:count]])
+    return cage + np.tensordot(weights, moves, axes=1)
+
+
+def _mixed(matrix, corners: NDArray, weights: NDArray):
+    """Rows of the refinement (k, m) of points given by triangles' corners and weights (k, 3)."""
+    return sum(matrix[corners[:, c]].multiply(weights[:, c : c + 1]) for c in range(3)).tocsr()
+
+
+def _thinned(points: NDArray, apart: float) -> NDArray[np.intp]:
+    """One point of each square cell of side `apart`."""
+    _, first = np.unique(np.floor(points / apart), axis=0, return_index=True)
+    return np.sort(first)

@@ -1,0 +1,296 @@
+"""Who and how the drawn face is: its parameters from landmarks and lines, before any snake runs.
+
+The face is drawn, every point of its lines looks for the line of the drawing that lies and runs
+most like it, and all parameters together take one step toward these: an active contour that has
+the parameters of the face for its shape (Cootes et al. 1995, "Active Shape Models", CVIU; the
+pairs are those of iterated closest points, Besl & McKay 1992). Only the distance across a line
+counts, so that lines may slide along each other. Landmarks hold the features in their places from
+the first step on, and what is known of faces holds the parameters near plain ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.derivatives import SurfacePoints, movements, surface_points
+from facs_rig.identity import BY_NAME, IDENTITY, target_weights
+from facs_rig.rotation import rotation
+
+from .lines import Draw, Lines, nearest_lines, spacing
+
+__all__ = ["HEAD", "Evidence", "fit_shape", "hair_over_skull", "skull_triangles"]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of a drawn face beside its lines.
+
+    landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
+    probabilities : control -> how probable it is that it shows
+    """
+
+    landmarks: Mapping[str, tuple[float, float]]
+    spreads: Mapping[str, float]
+    probabilities: Mapping[str, float]
+
+
+HEAD = 0.24
+"""Metres from chin to crown: the unit in which distances are weighed."""
+STEPS = (0.05, 0.03, 0.018)
+"""How far, as a share of the head, a line looks for its own in each step."""
+TURN = 1.0
+"""A right angle counts as this times the reach."""
+PAIR = 0.006
+"""Error of a pair of lines that belong together, as a share of the head."""
+INDEPENDENT = 300.0
+"""So many pairs would know as much as all of them do, which are not independent."""
+LEAST_SPREAD = 0.008
+"""Of a landmark, as a share of the head."""
+LANDMARKS_KNOW = 45.0
+"""So many independent landmarks know as much as all."""
+SPREAD = {"gender": 0.35, "age": 0.3, "weight": 0.4, "african": 0.3, "asian": 0.3, "caucasian": 0.3}
+"""Standard deviations of identity parameters among people; of features FEATURE."""
+FEATURE = 0.3
+CAMERA = (0.2, 0.3, 0.3)
+"""How far the camera may be off: the logarithm of its scale, its centre in heads."""
+POSE = np.radians((6.0, 6.0, 4.0))
+"""How far the detected angles of the head may be off."""
+ACTIVE, DOUBTFUL = 0.7, 0.3
+"""Standard deviation of an intensity that was detected, and of one that was not."""
+LEAST_PROBABILITY = 0.08
+"""A control that is less probable stays at rest."""
+FIXED = ("wrinkles",)
+PLAIN = 0.005
+"""An identity parameter so near its default is at it."""
+HAIRY = 0.1
+"""Lines over the skull know so much less than others where there is hair, that hides its end."""
+ALONG, CROWD = 0.1, 1.5
+"""Lines so near the skull's (of the head), and so many times as long as these, are hair."""
+
+
+def fit_shape(
+    drawn: Lines,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    camera: Camera,
+    evidence: Evidence,
+    draw: Draw,
+    steps: Sequence[float] = STEPS,
+) -> tuple[FaceParameters, Camera]:
+    """Identity, head, intensities and camera with which a face's lines lie on those of a drawing.
+
+    drawn : lines of the drawing      parameters, camera : where to begin; an orthographic camera
+    draw : draws a posed face         steps : reach of each step, as a share of the head
+
+    Without lines the landmarks alone decide.
+    """
+    guess = _Guess.of(parameters, camera, evidence)
+    values = guess.start(parameters)
+    marks = [name for name in evidence.landmarks if name in LANDMARKS]
+    rows = rig.landmarks[[LANDMARKS.index(name) for name in marks]]
+    fixed = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
+    places = np.array([evidence.landmarks[name] for name in marks]).reshape(-1, 2)
+    spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
+    skull = skull_triangles(rig)
+    for reach in (0.0, *steps):
+        parameters, camera = guess.face(values, parameters, camera)
+        head = HEAD * camera.scale[0]
+        system = _System(guess, values)
+        jacobian, here = _moves(rig, fixed, guess, parameters, camera)
+        sure = 1 / np.maximum(spreads / head, LEAST_SPREAD)
+        weight = sure * np.sqrt(LANDMARKS_KNOW / max(len(marks), 1))
+        off = (places - here) / head
+        far = np.linalg.norm(off, axis=1) * sure
+        weight = weight / np.sqrt(1 + (far / 3) ** 2)  # Cauchy: some lie on the wrong feature
+        for axis in range(2):
+            system.add(jacobian[:, :, axis].T / head, off[:, axis], weight)
+        if reach and len(drawn.points):
+            model = draw(rig.pose(parameters), camera)
+            pair, away = nearest_lines(drawn, model.lines, TURN * reach * head, 1.5 * reach * head)
+            some = np.flatnonzero(pair >= 0)
+            if len(some):
+                normal = model.lines.along[some][:, ::-1] * (-1, 1)
+                points = surface_points(rig, rig.triangles[model.triangle[some]],
+                                        model.weights[some])  # fmt: skip
+                jacobian, _ = _moves(rig, points, guess, parameters, camera)
+                apart = (drawn.points[pair[some]] - model.lines.points[some]) / head
+                across = np.einsum("pkd,kd->kp", jacobian, normal) / head
+                share = np.clip(1 - (away[some] / (1.5 * reach * head)) ** 2, 0, 1)  # Tukey
+                sure = share / (PAIR + 0.3 * reach) * np.sqrt(INDEPENDENT / len(pair))
+                over = skull[model.triangle]
+                if hair_over_skull(drawn, model.lines, over, head):
+                    sure = sure * np.where(over[some], HAIRY, 1.0)
+                system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
+        values = system.solve()
+    return guess.face(values, parameters, camera)
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """The parameters that are sought, in one vector: what is likely, and within which bounds.
+
+    The vector : log of the camera's scale, its centre u and v (heads), yaw, pitch, roll, then
+    identity and controls by name.
+    """
+
+    identity: tuple[str, ...]
+    controls: tuple[str, ...]
+    likely: NDArray[np.float64]
+    spread: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, parameters: FaceParameters, camera: Camera, evidence: Evidence) -> _Guess:
+        identity = tuple(f.name for f in IDENTITY if f.name not in FIXED)
+        active = {name for name, value in parameters.aus.items() if value}
+        controls = tuple(
+            name
+            for name, p in evidence.probabilities.items()
+            if name in active or p >= LEAST_PROBABILITY
+        )
+        head = HEAD * camera.scale[0]
+        begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
+        rows = [
+            (value, spread, -np.inf, np.inf) for value, spread in zip(begin, CAMERA, strict=True)
+        ]
+        rows += [
+            (angle, spread, -np.inf, np.inf)
+            for angle, spread in zip(parameters.head, POSE, strict=True)
+        ]
+        for name in identity:
+            feature = BY_NAME[name]
+            likely = 0.3 if name == "age" else feature.default
+            rows.append((likely, SPREAD.get(name, FEATURE), feature.minimum, feature.maximum))
+        for name in controls:
+            value = parameters.aus.get(name, 0.0)
+            spread = ACTIVE if name in active else DOUBTFUL * evidence.probabilities[name] ** 0.5
+            rows.append((value, spread, 0.0, 6.5))
+        likely, spread, low, high = np.array(rows).T
+        return cls(identity, controls, likely, spread, low, high)
+
+    def start(self, parameters: FaceParameters) -> NDArray[np.float64]:
+        values = self.likely.copy()
+        for k, name in enumerate(self.identity):
+            values[6 + k] = parameters.identity.get(name, BY_NAME[name].default)
+        return values
+
+    def face(
+        self, values: NDArray, parameters: FaceParameters, camera: Camera
+    ) -> tuple[FaceParameters, Camera]:
+        """The vector as a face and a camera."""
+        scale = float(np.exp(values[0]))
+        centre = values[1:3] * HEAD * scale
+        who = zip(self.identity, values[6 : 6 + len(self.identity)].tolist(), strict=True)
+        how = zip(self.controls, values[6 + len(self.identity) :].tolist(), strict=True)
+        yaw, pitch, roll = values[3:6].tolist()
+        return (
+            replace(
+                parameters,
+                identity={**parameters.identity, **_telling(dict(who))},
+                aus={**parameters.aus, **dict(how)},
+                head=(yaw, pitch, roll),
+            ),
+            replace(camera, scale=(scale, scale), centre=(float(centre[0]), float(centre[1]))),
+        )
+
+
+def _telling(identity: Mapping[str, float]) -> dict[str, float]:
+    """Identity parameters that are not plain, to four digits."""
+    return {
+        name: round(value, 4)
+        for name, value in identity.items()
+        if abs(value - BY_NAME[name].default) > PLAIN
+    }
+
+
+class _System:
+    """Normal equations of one step, and the bounds within which its solution stays."""
+
+    def __init__(self, guess: _Guess, values: NDArray) -> None:
+        self.guess, self.values = guess, values
+        sure = 1 / guess.spread**2
+        self.matrix = np.diag(sure)
+        self.right = sure * (guess.likely - values)
+
+    def add(self, jacobian: NDArray, off: NDArray, weight: NDArray) -> None:
+        """Rows (k, p) that should move by `off` (k,), as sure as `weight` (k,) says."""
+        rows = jacobian * weight[:, None]
+        self.matrix += rows.T @ rows
+        self.right += rows.T @ (off * weight)
+
+    def solve(self) -> NDArray[np.float64]:
+        """The next values; what would leave its bounds stays at them and the rest goes on."""
+        free = np.ones(len(self.right), dtype=bool)
+        values = self.values
+        for _ in range(8):
+            matrix = self.matrix[np.ix_(free, free)]
+            fixed = (values - self.values)[~free]
+            right = self.right[free] - self.matrix[np.ix_(free, ~free)] @ fixed
+            values = values.copy()
+            values[free] = self.values[free] + np.linalg.solve(matrix, right)
+            over = free & ((values < self.guess.low) | (values > self.guess.high))
+            values = np.clip(values, self.guess.low, self.guess.high)
+            if not over.any():
+                break
+            free &= ~over
+        return values
+
+
+def _moves(
+    rig: FaceRig, points: SurfacePoints, guess: _Guess, parameters: FaceParameters, camera: Camera
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(p, k, 2) pixels that points move for each unit of the vector, and (k, 2) where they are."""
+    shape = movements(rig, points, parameters, guess.identity, guess.controls)
+    values = rig.key_values(parameters)
+    place = points.neutral + np.tensordot(values, points.keys, axes=1)
+    place = place + np.tensordot(_target_weights(parameters), points.identity, axes=1)
+    turning = rotation(parameters.head)
+    scale = np.array([camera.scale[0], -camera.scale[0]])
+    turned = place @ turning.T
+    flat = turned[:, :2] * scale
+    head = HEAD * camera.scale[0]
+    rows = [flat + np.array(camera.centre), np.tile([head, 0.0], (len(flat), 1)),
+            np.tile([0.0, head], (len(flat), 1))]  # fmt: skip
+    for axis in range(3):
+        ends = [list(parameters.head), list(parameters.head)]
+        ends[0][axis] -= 1e-4
+        ends[1][axis] += 1e-4
+        slope = (rotation(ends[1]) - rotation(ends[0])) / 2e-4
+        rows.append((place @ slope.T)[:, :2] * scale)
+    moved = (shape @ turning.T.astype(np.float32))[:, :, :2] * scale
+    return np.concatenate([np.array(rows), moved]), flat + np.array(camera.centre)
+
+
+def _target_weights(parameters: FaceParameters) -> NDArray[np.float32]:
+    return target_weights(parameters.identity).astype(np.float32)
+
+
+def hair_over_skull(drawn: Lines, model: Lines, over: NDArray[np.bool_], head: float) -> bool:
+    """Whether the drawing has more lines than one along those of a face's skull.
+
+    over : (k,) bool, the points of the model's lines that lie over the skull
+    head : pixels from chin to crown
+    """
+    if not over.any():
+        return False
+    away, nearest = cKDTree(model.points).query(drawn.points, distance_upper_bound=ALONG * head)
+    there = np.append(over, False)[nearest]
+    return spacing(drawn.points) * there.sum() > CROWD * spacing(model.points) * over.sum()
+
+
+@lru_cache(maxsize=2)
+def skull_triangles(rig: FaceRig) -> NDArray[np.bool_]:
+    """(t,) which triangles lie above the forehead or behind the temples and the ears."""
+    middle = rig.neutral()[rig.triangles].mean(axis=1)
+    marks = dict(zip(LANDMARKS, rig.neutral()[rig.landmarks], strict=True))
+    above = middle[:, 1] > marks["temple_left"][1]
+    behind = (middle[:, 2] < marks["temple_left"][2]) & (middle[:, 1] > marks["jawline_2_left"][1])
+    return above | behind

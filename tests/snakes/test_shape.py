@@ -1,0 +1,124 @@
+"""Who and how a drawn face is, from lines and landmarks whose answer is known."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from addon.measure import face_lines
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from snakes.lines import Lines
+from snakes.shape import Evidence, fit_shape, hair_over_skull, skull_triangles
+
+NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
+TRUE = FaceParameters(
+    {"smile": 3.0},
+    {"gender": 0.9, "nose_length": 0.6, "jaw_width": 0.7, "eye_spacing": -0.5, "chin_height": 0.6},
+    head=(0.15, 0.05, 0.03),
+)
+
+
+def contours(posed, camera):
+    return face_lines(load_rig(), posed, camera, kinds=("contour",), step=2.0)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """(posed, camera, lines, landmarks) of the face that is to be found."""
+    rig = load_rig()
+    posed = rig.pose(TRUE)
+    camera = Camera.framing(posed, 400, 400)
+    spots = camera.project(posed[rig.landmarks])
+    marks = {name: (float(u), float(v)) for name, (u, v) in zip(LANDMARKS, spots, strict=True)}
+    return posed, camera, contours(posed, camera).lines, marks
+
+
+def evidence(marks, spread=2.0, probability=0.95):
+    return Evidence(marks, dict.fromkeys(marks, spread), {"smile": probability, "blink": 0.01})
+
+
+BEGIN = FaceParameters({"smile": 2.2}, head=(0.1, 0.0, 0.0))
+
+
+def away(rig, parameters, camera, drawn):
+    """Mean distance of the projected face from the true one, pixels."""
+    skin = rig.parts["skin"]
+    there = camera.project(rig.pose(parameters)[skin])
+    return np.linalg.norm(there - drawn[1].project(drawn[0][skin]), axis=1).mean()
+
+
+def test_lines_and_landmarks_find_the_face(drawn):
+    rig = load_rig()
+    off = Camera(400, 400, (drawn[1].scale[0] * 1.03,) * 2, tuple(np.array(drawn[1].centre) + 4))
+    before = away(rig, BEGIN, off, drawn)
+    found, camera = fit_shape(drawn[2], rig, BEGIN, off, evidence(drawn[3]), contours)
+    after = away(rig, found, camera, drawn)
+    assert after < 0.3 * before and after < 2.0
+    assert found.aus["smile"] == pytest.approx(3.0, abs=0.8)
+    assert set(found.aus) == {"smile"}  # what is improbable stays at rest
+    assert np.degrees(np.abs(np.array(found.head) - TRUE.head)).max() < 3
+
+
+def test_lines_do_better_than_landmarks_that_are_off(drawn):
+    rig, rng = load_rig(), np.random.default_rng(3)
+    loose = {n: tuple(np.array(p) + rng.normal(0, 5, 2)) for n, p in drawn[3].items()}
+    seen = evidence(loose, spread=6.0)
+    errors = []
+    for lines in (NONE, drawn[2]):
+        found, camera = fit_shape(lines, rig, BEGIN, drawn[1], seen, contours)
+        errors.append(away(rig, found, camera, drawn))
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_lines_alone_suffice_where_the_camera_is_right(drawn):
+    rig = load_rig()
+    blind = Evidence({}, {}, {"smile": 0.9})
+    before = away(rig, BEGIN, drawn[1], drawn)
+    found, camera = fit_shape(drawn[2], rig, BEGIN, drawn[1], blind, contours)
+    assert away(rig, found, camera, drawn) < 0.7 * before
+
+
+def test_parameters_stay_in_their_ranges_whatever_the_drawing(drawn):
+    """Landmarks of a monster: a face with its own limits."""
+    rig = load_rig()
+    wild = {n: (200 + 2.5 * (u - 200), v) for n, (u, v) in drawn[3].items()}
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], evidence(wild, 0.5), contours)
+    assert np.isfinite(rig.pose(found)).all()  # posing raises for values outside their range
+    assert camera.scale[0] > 0
+    assert 0 <= found.aus["smile"] <= 6.5
+
+
+def test_one_wrong_landmark_does_not_pull_the_face_along(drawn):
+    rig = load_rig()
+    wrong = {**drawn[3], "nose_tip": (20.0, 20.0)}
+    pair = [
+        fit_shape(NONE, rig, BEGIN, drawn[1], evidence(marks), contours)
+        for marks in (drawn[3], wrong)
+    ]
+    errors = [away(rig, found, camera, drawn) for found, camera in pair]
+    assert errors[1] < errors[0] + 1.5
+
+
+def test_without_anything_the_face_stays_what_is_likely(drawn):
+    rig = load_rig()
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], Evidence({}, {}, {}), contours)
+    assert found.aus["smile"] == pytest.approx(2.2)
+    np.testing.assert_allclose(found.head, BEGIN.head, atol=1e-9)
+    assert camera.scale == pytest.approx(drawn[1].scale)
+
+
+def test_hair_is_more_than_one_line_over_the_skull(drawn):
+    rig = load_rig()
+    model = contours(drawn[0], drawn[1])
+    over = skull_triangles(rig)[model.triangle]
+    head = 0.24 * drawn[1].scale[0]
+    check = partial(hair_over_skull, model=model.lines, over=over, head=head)
+    assert 0.1 < over.mean() < 0.6
+    assert not check(drawn[2])
+    strands = [drawn[2].points + (0, -k) for k in range(0, 9, 3)]
+    wisps = Lines(np.concatenate(strands), np.tile(drawn[2].along, (3, 1)))
+    assert check(wisps)
+    assert not check(NONE)
+    assert not hair_over_skull(wisps, model.lines, np.zeros(len(over), bool), head)
