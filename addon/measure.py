@@ -16,6 +16,7 @@ from facs_rig import Camera, FaceRig
 from snakes import Lines, SurfaceLines
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
+LAYERS = ("brow", "iris", "lip")  # what is painted on a face that is measured
 Box = tuple[float, float, float, float]
 
 
@@ -90,32 +91,28 @@ def face_lines(
     detail: int = 1,
     step: float = 1.0,
 ) -> SurfaceLines:
-    """The visible lines of a posed face (n, 3): of these kinds, brows, irises and lips.
+    """The visible lines of a posed face (n, 3): of these kinds, and LAYERS.
 
     step : pixels between the points of a line
     """
-    points, along, triangle, weights, starts = [], [], [], [], [0]
-    layers = ("brow", "iris", "lip")
-    for stroke in draw_strokes(rig, posed, camera, detail, layers, kinds):
+    found: list[tuple] = []
+    for stroke in draw_strokes(rig, posed, camera, detail, LAYERS, kinds):
         if stroke.surface is None:
             continue
         steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
         way = np.concatenate([[0], np.cumsum(steps)])
         at = np.unique(np.searchsorted(way, np.arange(0, way[-1], step)))
-        tangent = np.gradient(stroke.points, axis=0)[at]
-        points.append(stroke.points[at])
-        along.append(tangent / np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9))
-        triangle.append(stroke.surface[0][at])
-        weights.append(stroke.surface[1][at])
-        starts.append(starts[-1] + len(at))
-    if not points:
-        none = np.zeros((0, 2))
-        return SurfaceLines(
-            Lines(none, none), np.array(starts), np.zeros(0, np.intp), np.zeros((0, 3))
+        ahead = np.gradient(stroke.points, axis=0)[at]
+        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
+        triangle, weights = (part[at] for part in stroke.surface)
+        found.append((stroke.points[at], ahead, triangle, weights, stroke.kind))
+    if not found:
+        nothing = np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.intp), np.zeros((0, 3))
+        points, along, triangle, weights = nothing
+    else:
+        points, along, triangle, weights = (
+            np.concatenate(part) for part in list(zip(*found, strict=True))[:4]
         )
-    return SurfaceLines(
-        Lines(np.concatenate(points), np.concatenate(along)),
-        np.array(starts),
-        np.concatenate(triangle),
-        np.concatenate(weights),
-    )
+    starts = np.cumsum([0, *(len(line[0]) for line in found)])
+    kinds_of = np.array([line[4] for line in found], dtype=str)
+    return SurfaceLines(Lines(points, along), starts, triangle, weights, kinds_of)

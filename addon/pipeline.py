@@ -22,7 +22,8 @@ from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import contour_error, face_lines, ruler
 from classifiers import Detection, load_detector
-from classifiers.detector import CLOSE
+from classifiers.detector import ANGLES, CLOSE
+from classifiers.labels import FULL
 from classifiers.preprocess import Crop
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from snakes import (
@@ -44,7 +45,8 @@ STAGES = ("read", "detect", "align", "fit", "measure")
 METHODS = ("lines", "thesis")
 # A drawing that the detector believes to be a face with less than this is refused.
 LEAST_FACE = 0.5
-EVERY = ("contour", "suggestive", "valley")  # kinds of lines that a drawing may show
+INNER = ("suggestive", "valley")  # kinds of lines that one drawing shows and another does not
+EVERY = ("contour", *INNER)
 SPACING = 0.008  # of the head's height, between the points of lines that are fitted
 
 
@@ -136,7 +138,7 @@ def fit(
             rig,
             expression,
             camera,
-            _evidence(detection) if sure else Evidence({}, {}, detection.probabilities),
+            _evidence(detection) if sure else Evidence({}, {}),
             partial(_contours, rig),
             options.tweakables,
         )
@@ -144,15 +146,16 @@ def fit(
     vertices = rig.pose(parameters, offsets)
     clock.done("fit")
 
-    lines = face_lines(rig, vertices, camera)
+    after = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
     if options.method != "thesis":
-        every = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
-        unmatched = unmatched_lines(found.drawn, every.lines, camera)
-    errors = {"fitted": contour_error(measured, lines.lines.points)}
-    before = (("template", template, place(template)), ("expression", parameters, camera))
-    for name, face, view in before:
-        lines = face_lines(rig, rig.pose(face), view)
-        errors[name] = contour_error(measured, lines.lines.points)
+        unmatched = unmatched_lines(found.drawn, after.lines, camera)
+    lines = {
+        "template": _contours(rig, rig.pose(template), place(template)).lines,
+        "expression": found.model.lines if options.method != "thesis"
+        else _contours(rig, rig.pose(parameters), camera).lines,
+        "fitted": after.without(INNER),
+    }  # fmt: skip
+    errors = {name: contour_error(measured, drawn.points) for name, drawn in lines.items()}
     scale = float(np.mean(drawing.scale))
     clock.done("measure")
     return FaceFit(
@@ -173,9 +176,18 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     """The contract's report; `projection` goes with the file written to `path` (default .glb)."""
     to_input = np.diag([*face.drawing.scale, 1.0])
     projection = to_input @ face.camera.matrix() @ file_to_core(path or Path("face.glb"))
+    said = face.detection.to_json()
+    for name, unit in said["aus"].items():  # as strong as the face wears it
+        worn = min(face.parameters.aus.get(name, 0.0), FULL)
+        unit["intensity"] = round(float(worn), 3)
+        unit["active"] = unit["intensity"] > 0
+    said["head"] = {
+        name: round(math.degrees(angle), 2)
+        for name, angle in zip(ANGLES, face.parameters.head, strict=True)
+    }
     return {
         "sketch": str(face.drawing.source) if face.drawing.source else None,
-        **face.detection.to_json(),
+        **said,
         "faces": face.detection.faces_to_json(face.drawing.scale),
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
@@ -240,7 +252,7 @@ def _evidence(detection: Detection) -> Evidence:
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
-    return Evidence(detection.landmarks, spreads, detection.probabilities)
+    return Evidence(detection.landmarks, spreads)
 
 
 def _name(drawing: Drawing) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .controls import MAX_INTENSITY
-from .identity import BY_NAME, IDENTITY_KEYS, target_weights
+from .identity import BY_NAME, FEATURES, IDENTITY_KEYS, target_weights
 from .mesh import is_shape
 from .parameters import FaceParameters
 
@@ -50,19 +50,36 @@ def surface_points(rig: FaceRig, vertices: NDArray, weights: NDArray) -> Surface
         (np.asarray(weights, np.float32).ravel(), (rows, vertices.ravel())),
         shape=(count, rig.n_vertices),
     )
-    matrix, cage, moves, at, creases = rig.linear_parts
+    matrix, cage, at, creases = rig.linear_parts
     rows = (mixing @ matrix).tocsr()
     used = np.unique(rows.indices)  # a few points touch little of the cage
-    moves = np.concatenate([cage[None], moves])[:, used]
-    fine, folds = _mixed(rows[:, used], moves), _mixed(mixing[:, at], creases)
+    fine, folds = _mixed(rows[:, used], cage[used]), _mixed(mixing[:, at], creases)
     split = 1 + len(IDENTITY_KEYS)
     return SurfacePoints(fine[0], fine[1:split], np.concatenate([fine[split:], folds]))
 
 
 def _mixed(rows: sp.csr_matrix, moves: NDArray) -> NDArray[np.float32]:
-    """(moves, k, 3) at points whose weights (k, m) of the movements (moves, m, 3) are given."""
-    flat = moves.transpose(1, 0, 2).reshape(moves.shape[1], 3 * len(moves))
-    return (rows @ flat).reshape(-1, len(moves), 3).transpose(1, 0, 2)
+    """(moves, k, 3) at points whose weights (k, m) of the movements (m, moves, 3) are given."""
+    fine = rows @ moves.reshape(len(moves), 3 * moves.shape[1])
+    return fine.reshape(-1, moves.shape[1], 3).transpose(1, 0, 2)
+
+
+def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float32]:
+    """(names, targets) how the targets' weights change with each parameter, about `identity`."""
+    slopes = np.zeros((len(names), len(IDENTITY_KEYS)), np.float32)
+    place = {feature.name: k for k, feature in enumerate(FEATURES)}
+    for row, name in enumerate(names):
+        feature = BY_NAME[name]
+        here = identity.get(name, feature.default)
+        low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
+        if name in place:  # the weights of its own two ends are -x and x, where they are above 0
+            column = len(IDENTITY_KEYS) - 2 * (len(FEATURES) - place[name])
+            ends = min(low, 0.0) - min(high, 0.0), max(high, 0.0) - max(low, 0.0)
+            slopes[row, column : column + 2] = np.array(ends) / (high - low)
+        else:
+            ends = [target_weights({**identity, name: value}) for value in (low, high)]
+            slopes[row] = (ends[1] - ends[0]) / (high - low)
+    return slopes
 
 
 def movements(
@@ -77,24 +94,16 @@ def movements(
     Of the upright head, taken as differences about `parameters`, inside the parameters' ranges.
     Raises ValueError for unknown names.
     """
-    who, how = [], []
-    for name in identity:
-        feature = BY_NAME[name]
-        here = parameters.identity.get(name, feature.default)
-        low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
-        ends = [target_weights({**parameters.identity, name: value}) for value in (low, high)]
-        who.append((ends[1] - ends[0]) / (high - low))
+    how = []
     poses = []
     for name in controls:
         here = parameters.aus.get(name, 0.0)
         low, high = max(here - STEP, 0.0), min(here + STEP, MAX_INTENSITY)
         poses += [replace(parameters, aus={**parameters.aus, name: v}) for v in (low, high)]
         how.append(1 / (high - low))
-    parts = []
-    if who:
-        parts.append(np.tensordot(np.array(who, np.float32), points.identity, axes=1))
+    parts = [np.tensordot(identity_slopes(parameters.identity, identity), points.identity, axes=1)]
     if how:
         values = rig.key_values_of(poses)
         slopes = (values[1::2] - values[::2]) * np.array(how, np.float32)[:, None]
         parts.append(np.tensordot(slopes, points.keys, axes=1))
-    return np.concatenate(parts) if parts else np.zeros((0, *points.neutral.shape), np.float32)
+    return np.concatenate(parts)

@@ -153,15 +153,17 @@ class FaceRig:
         return self._key_values(batch, [target_weights(p.identity) for p in batch])
 
     @cached_property
-    def linear_parts(self) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray, NDArray]:
-        """What the upright face is a sum of: the refinement (n, m) of the cage, the cage (m, 3)
-        itself, and its movements (identity targets + keys, m, 3); then the vertices (u,) that the
-        remaining keys, the creases, move, and how (creases, u, 3). All from the head's joint."""
-        moves = np.concatenate([self._identity, self._cage_keys]).reshape(-1, len(self._base), 3)
+    def linear_parts(self) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray]:
+        """What the upright face is a sum of, from the head's joint: the refinement (n, m) of the
+        cage; the cage and its movements (m, 1 + identity targets + keys, 3); the vertices (u,)
+        that the remaining keys, the creases, move, and how (u, creases, 3)."""
+        moves = np.concatenate([self._base.reshape(1, -1), self._identity, self._cage_keys])
+        moves = moves.reshape(len(moves), -1, 3)
         moves = moves[:, : self._m] - moves[:, self._m : self._m + 1]
         creases = self._creases.reshape(len(self._creases), -1, 3)
-        cage = self._base[: self._m] - self._base[self._m]
-        return self._matrix, cage, moves, self._crease_at, creases
+        by_vertex = (np.ascontiguousarray(part.transpose(1, 0, 2)) for part in (moves, creases))
+        cage, folds = by_vertex
+        return self._matrix, cage, self._crease_at, folds
 
     def _key_values(
         self, batch: Sequence[FaceParameters], who: Sequence[NDArray] | NDArray

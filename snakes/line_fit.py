@@ -16,7 +16,7 @@ from facs_rig import Camera, FaceParameters, FaceRig
 
 from .deltas import runs
 from .fit import head_box
-from .lines import Draw, Lines, centre_lines, nearest_lines, paths, spacing
+from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths, spacing
 from .offsets import symmetrise
 from .pull import pull_skin
 from .shape import HEAD, Evidence, fit_shape
@@ -38,13 +38,15 @@ class LineFit:
 
     parameters, camera : with identity, head and intensities as the lines have them
     offsets : (n, 3) float32, metres, head upright, for FaceRig.shape
-    drawn : the drawing's lines      timings_s : seconds for each step
+    drawn : the drawing's lines      model : the face's, before the offsets
+    timings_s : seconds for each step
     """
 
     parameters: FaceParameters
     camera: Camera
     offsets: NDArray[np.float32]
     drawn: Lines
+    model: SurfaceLines
     timings_s: dict[str, float]
 
 
@@ -89,7 +91,7 @@ def fit_lines(
     laps.append(time.perf_counter())
     steps = ("lines", "shape", "skin")
     timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))
-    return LineFit(parameters, camera, offsets.astype(np.float32), drawn, timings)
+    return LineFit(parameters, camera, offsets.astype(np.float32), drawn, model, timings)
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:

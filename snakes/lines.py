@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,12 +46,19 @@ class SurfaceLines:
 
     lines : k points, one line behind another      starts : (lines + 1,) where each begins
     triangle : (k,) int, weights : (k, 3), where on the surface they lie
+    kinds : (lines,) str, what each line is
     """
 
     lines: Lines
     starts: NDArray[np.intp]
     triangle: NDArray[np.intp]
     weights: NDArray[np.float64]
+    kinds: NDArray[np.str_]
+
+    def without(self, kinds: Collection[str]) -> Lines:
+        """The points of all lines but those of some kinds."""
+        kept = np.repeat(~np.isin(self.kinds, list(kinds)), np.diff(self.starts))
+        return Lines(self.lines.points[kept], self.lines.along[kept])
 
 
 Draw = Callable[[NDArray[np.floating], Camera], SurfaceLines]

@@ -3,6 +3,8 @@ skull has no small shapes."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
@@ -27,7 +29,7 @@ def carry_parts(
     """Offsets for every vertex, made from those of the skin.
 
     Each eyeball moves as a whole by the mean offset of the lid skin around it, lashes and brows
-    take the offset of the nearest skin, and teeth do not move.
+    take the offset of the skin that is nearest at rest, and teeth do not move.
 
     Parameters
     ----------
@@ -43,17 +45,26 @@ def carry_parts(
     result[skin] = offsets[skin]
     if len(skin) == 0:
         return result
-    tree = cKDTree(vertices[skin])
-    hair = np.flatnonzero(np.any([rig.parts[part] for part in HAIR_PARTS], axis=0))
-    if len(hair):
-        result[hair] = offsets[skin[tree.query(vertices[hair])[1]]]
+    hair, roots = _hair_roots(rig)
+    result[hair] = offsets[roots]
     for eye in eyeballs(rig):
         centre = (vertices[eye].min(axis=0) + vertices[eye].max(axis=0)) / 2
         radius = np.linalg.norm(vertices[eye] - centre, axis=1).max()
-        lids = tree.query_ball_point(centre, radius * (1.0 + LID_SHARE))
-        if lids:
+        lids = np.linalg.norm(vertices[skin] - centre, axis=1) < radius * (1.0 + LID_SHARE)
+        if lids.any():
             result[eye] = offsets[skin[lids]].mean(axis=0)
     return result
+
+
+@lru_cache(maxsize=2)
+def _hair_roots(rig: FaceRig) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Vertices of lashes and brows, and the skin's vertex nearest to each on the face at rest."""
+    hair = np.flatnonzero(np.any([rig.parts[part] for part in HAIR_PARTS], axis=0))
+    skin = np.flatnonzero(rig.parts["skin"])
+    if not len(hair):
+        return hair, hair
+    upright = rig.neutral()
+    return hair, skin[cKDTree(upright[skin]).query(upright[hair])[1]]
 
 
 def keep_lids_on_eyes(
@@ -109,6 +120,7 @@ def even_skull(
     return result
 
 
+@lru_cache(maxsize=2)
 def eyeballs(rig: FaceRig) -> list[NDArray[np.intp]]:
     """Vertex indices of the eyeballs: the eye part on either side of the upright face."""
     eyes = rig.parts["eyes"]

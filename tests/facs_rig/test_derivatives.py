@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from facs_rig import CONTROL_NAMES, IDENTITY, FaceParameters, load_rig
-from facs_rig.derivatives import movements, surface_points
+from facs_rig.derivatives import STEP, identity_slopes, movements, surface_points
 from facs_rig.identity import target_weights
 
 FACE = FaceParameters(
@@ -82,3 +82,16 @@ def test_nothing_asked_nothing_moves(spots):
     assert movements(rig, points, FACE, [], []).shape == (0, 300, 3)
     with pytest.raises(ValueError, match="weights"):
         surface_points(rig, spots[0], spots[1][:, :2])
+
+
+def test_slopes_of_the_targets_weights_are_those_of_the_weights():
+    """Features are written out by hand for speed: against differences of target_weights."""
+    identity = {"age": 0.3, "nose_length": 0.4, "jaw_width": -0.02, "chin_width": -1.0}
+    names = [f.name for f in IDENTITY if f.name != "wrinkles"]
+    slopes = identity_slopes(identity, names)
+    for name, slope in zip(names, slopes, strict=True):
+        feature = next(f for f in IDENTITY if f.name == name)
+        here = identity.get(name, feature.default)
+        low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
+        less, more = (target_weights({**identity, name: value}) for value in (low, high))
+        np.testing.assert_allclose(slope, (more - less) / (high - low), atol=1e-5)
