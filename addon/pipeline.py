@@ -24,13 +24,19 @@ from classifiers import Detection, load_detector
 from classifiers.preprocess import Crop
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from snakes import (
+    DEEPEST,
+    PROFILES,
+    WIDEST,
     WORKING_SIZE,
     Tweakables,
     align,
+    carvable,
+    engrave,
     fit_identity,
     fit_offsets,
     head_box,
     parse_box,
+    unmatched_strokes,
 )
 
 Progress = Callable[[int, int], None]
@@ -40,6 +46,8 @@ LEAST_FACE = 0.5
 # How much of the identity that the landmarks suggest is tried; the first that brings the lines
 # closer stays.
 IDENTITY_SHARES = (1.0, 0.5)
+# What becomes of the strokes that have no place on the face.
+UNMATCHED = ("ignore", "engrave", "emboss")
 
 
 @dataclass(frozen=True)
@@ -48,10 +56,32 @@ class FitOptions:
 
     tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
     pixels of the sketch, instead of the landmarks that the detector finds
+    strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
+    which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
+
+    Raises ValueError, one sentence, for a value that cannot be used.
     """
 
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
+    strokes: str = "ignore"
+    stroke_depth: float = 1.2
+    stroke_width: float = 4.0
+    stroke_profile: str = "crease"
+
+    def __post_init__(self) -> None:
+        for what, value, choices in (
+            ("Unmatched strokes (strokes)", self.strokes, UNMATCHED),
+            ("The stroke profile (stroke_profile)", self.stroke_profile, tuple(PROFILES)),
+        ):
+            if value not in choices:
+                raise ValueError(f"{what} can be {', '.join(choices)}, not {value!r}.")
+        for what, length, most in (
+            ("The stroke depth (stroke_depth)", self.stroke_depth, 1000 * DEEPEST),
+            ("The stroke width (stroke_width)", self.stroke_width, 1000 * WIDEST),
+        ):
+            if not 0 < length <= most:
+                raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
 
 
 @dataclass(frozen=True)
@@ -125,7 +155,11 @@ def fit(
     clock.done("identity")
 
     result = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)
-    vertices = rig.pose(parameters, result.offsets)
+    offsets = result.offsets
+    vertices = rig.pose(parameters, offsets)
+    if options.strokes != "ignore":
+        offsets = _carved(drawing, result.unmatched, rig, parameters, offsets, camera, options)
+        vertices = rig.pose(parameters, offsets)
     clock.done("snakes")
 
     errors["fitted"] = error(vertices, camera)
@@ -136,7 +170,7 @@ def fit(
         detection=detection,
         rig=rig,
         parameters=parameters,
-        offsets=result.offsets,
+        offsets=offsets,
         vertices=vertices,
         camera=camera,
         contour_error_px={name: scale * e for name, e in errors.items()},
@@ -165,10 +199,16 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
 
 
 def preview(face: FaceFit) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch."""
+    """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch.
+
+    What is unmatched lies in blue on the last.
+    """
     from addon.preview import panels
 
-    return panels(face.drawing.image, face.rig, face.parameters, face.vertices, face.camera)
+    homeless = [line / face.drawing.scale for line in face.unmatched]
+    return panels(
+        face.drawing.image, face.rig, face.parameters, face.vertices, face.camera, homeless
+    )
 
 
 def write_face(face: FaceFit, path: str | Path) -> None:
@@ -194,6 +234,24 @@ def _align(
     if options.align is None:
         return align(drawing.image, rig, parameters, detection.landmarks)
     return align(drawing.image, rig, parameters, box=_box(drawing, options.align))
+
+
+def _carved(
+    drawing: Drawing,
+    unmatched: list[NDArray[np.float64]],
+    rig: FaceRig,
+    parameters: FaceParameters,
+    offsets: NDArray[np.float32],
+    camera: Camera,
+    options: FitOptions,
+) -> NDArray[np.float32]:
+    """The offsets (n, 3) with the strokes in them that have no place on the face."""
+    posed = rig.pose(parameters, offsets)
+    strokes = unmatched_strokes(drawing.image, unmatched, posed, camera)
+    strokes = carvable(strokes, rig, posed, camera)
+    depth = options.stroke_depth / 1000 * (1 if options.strokes == "engrave" else -1)
+    width = options.stroke_width / 1000
+    return engrave(rig, parameters, offsets, camera, strokes, depth, width, options.stroke_profile)
 
 
 def _box(drawing: Drawing, text: str) -> tuple[float, float, float, float]:
