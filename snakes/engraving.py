@@ -38,7 +38,7 @@ BOTTOM = 0.6
 """Share of the width, to either side of the line, at which the groove has risen to its rims."""
 CREST = 0.5
 """Share of the width, to either side of the line, from which on the rims fall."""
-WIDEN = 3.0
+WIDEN = 2.5
 """How many triangles a line is wide at least."""
 STEEPEST = 0.3
 """Greatest depth as a share of the width."""
@@ -46,7 +46,7 @@ STEP = 0.0005
 """Metres between the points of a line."""
 SMOOTH = 0.0015
 """Metres along a line over which the hand's tremble and the pixels' stairs are averaged."""
-EVEN = 0.003
+EVEN = 0.005
 """Metres along a line over which its width is evened out."""
 FADE = 0.25
 """Share of a line's length over which either end runs out."""
@@ -63,11 +63,11 @@ JUMP = 0.005
 EYE_REACH = (0.002, 0.006)
 LIP_REACH = (0.001, 0.005)
 """Metres from an eyeball and from the line between the lips: nothing moves, everything moves."""
-UPRIGHT = 0.2
-"""Least cosine between a triangle's normals before and after."""
+LEAST_AREA = 0.2
+"""What is left at least of a triangle's area, seen along its normal of before."""
 GENTLER = 8
 """How often a movement that turns a triangle too far is halved before it is left out."""
-AT_ONCE = 20_000
+AT_ONCE = 10_000
 """Points of lines that are looked at in one go; bounds the memory."""
 
 INNER_LIPS = (
@@ -137,8 +137,8 @@ def engrave(
     height = np.zeros(rig.n_vertices)
     height[free > 0] = _heights(posed[free > 0], normals[free > 0], lines, abs(depth), rim)
     moves = (math.copysign(1.0, depth) * height * free)[:, None] * normals
-    moves = _unfolded(posed, moves, rig.triangles)
     _carry_brows(rig, posed, moves)
+    moves = _unfolded(posed, moves, rig.triangles)
     return result + rig.unturn_vectors(moves, parameters)
 
 
@@ -156,7 +156,7 @@ def _profile(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.fl
     """
     bowl = (1 - np.clip(t / BOTTOM, 0, 1) ** 2) ** 2
     slope = np.clip((1 - t) / (1 - CREST), 0, 1)
-    return bowl, slope * slope * (3 - 2 * slope)
+    return np.asarray(bowl), np.asarray(slope * slope * (3 - 2 * slope))
 
 
 def _checked(polylines: Sequence[NDArray], depth: float, width: float, profile: str) -> float:
@@ -234,9 +234,7 @@ def _resampled(table: NDArray[np.float64], step: float, columns: int = 2) -> NDA
     return np.column_stack([np.interp(at, along, column) for column in table.T])
 
 
-def _finished(
-    piece: NDArray[np.float64], width: float, closed: bool
-) -> NDArray[np.float64] | None:
+def _finished(piece: NDArray[np.float64], width: float, closed: bool) -> NDArray[np.float64] | None:
     """One line on the skin (k, 15) as points, normals, width and strength in even steps (k, 8)."""
     length = float(np.linalg.norm(np.diff(piece[:, :3], axis=0), axis=1).sum())
     if length < SHORTEST:
@@ -276,17 +274,22 @@ def _heights(
     deep = lines.strength * np.minimum(depth, STEEPEST * lines.width)
     bowls, banks = np.zeros(len(vertices)), np.zeros(len(vertices))
     tree = cKDTree(vertices)
-    for start in range(0, len(deep), AT_ONCE):
-        some = slice(start, start + AT_ONCE)
-        pairs = cKDTree(lines.points[some]).sparse_distance_matrix(
-            tree, float(lines.width[some].max()), output_type="ndarray"
-        )
-        point, vertex = pairs["i"] + start, pairs["j"]
-        alike = np.einsum("kd,kd->k", lines.normals[point], normals[vertex]) > ALIKE
-        point, vertex, away = point[alike], vertex[alike], pairs["v"][alike]
-        bowl, bank = _profile(away / lines.width[point])
-        np.maximum.at(bowls, vertex, deep[point] * bowl)
-        np.maximum.at(banks, vertex, deep[point] * bank)
+    # Lines of similar width are looked at together, wide ones in steps as much longer.
+    octave = np.floor(np.log2(lines.width / lines.width.min())).astype(np.intp)
+    for step in np.unique(octave):
+        group = np.flatnonzero(octave == step)[:: 2**step]
+        reach = float(lines.width[group].max())
+        for start in range(0, len(group), AT_ONCE):
+            some = group[start : start + AT_ONCE]
+            pairs = cKDTree(lines.points[some]).sparse_distance_matrix(
+                tree, reach, output_type="ndarray"
+            )
+            point, vertex = some[pairs["i"]], pairs["j"]
+            alike = np.einsum("kd,kd->k", lines.normals[point], normals[vertex]) > ALIKE
+            point, vertex, away = point[alike], vertex[alike], pairs["v"][alike]
+            bowl, bank = _profile(away / lines.width[point])
+            np.maximum.at(bowls, vertex, deep[point] * bowl)
+            np.maximum.at(banks, vertex, deep[point] * bank)
     return rim * banks - (1 + rim) * bowls
 
 
@@ -307,14 +310,14 @@ def _free(rig: FaceRig, posed: NDArray[np.floating]) -> NDArray[np.float64]:
 def _unfolded(
     posed: NDArray[np.floating], moves: NDArray[np.float64], triangles: NDArray[np.integer]
 ) -> NDArray[np.float64]:
-    """The movements, smaller where they would turn a triangle by more than UPRIGHT allows."""
+    """The movements, smaller where they would shrink or turn a triangle beyond LEAST_AREA."""
     near = triangles[moves.any(axis=1)[triangles].any(axis=1)]
-    before = triangle_normals(posed, near)
+    before = triangle_normals(posed, near).astype(np.float64)
+    least = LEAST_AREA * np.einsum("ij,ij->i", before, before)
     moves, attempt = moves.copy(), 0
     while True:
         after = triangle_normals(posed + moves, near)
-        sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-        over = np.einsum("ij,ij->i", before, after) < UPRIGHT * sizes
+        over = np.einsum("ij,ij->i", before, after) < least
         if not over.any():
             return moves
         moves[np.unique(near[over])] *= 0.5 if attempt < GENTLER else 0.0

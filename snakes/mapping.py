@@ -104,7 +104,7 @@ def pixels_to_skin(
     if np.any(high <= low):
         return seen, corners, weights
     width, height = np.clip(np.ceil((high - low) / cell), 1, MOST_PIXELS).astype(int).tolist()
-    fine = camera.cropped(*low, *high, width, height)
+    fine = camera.cropped(low[0], low[1], high[0], high[1], width, height)
     hair = np.any([rig.parts[part] for part in HAIR_PARTS], axis=0)
     triangles = rig.triangles[~hair[rig.triangles].any(axis=1)]
     owner = rasterise(posed, triangles, fine).triangle
