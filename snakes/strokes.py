@@ -6,6 +6,7 @@ along the middle of their ink, and one has no place when most of it is unmatched
 
 * most of it lies on visible skin of the front of the face, from the chin to the hairline;
 * most of it does not run along the brows, eyes and lips, which every face has, but across or off;
+* most of it does not lie on a line that the fitted face shows anyway, as the side of the nose;
 * it is not one of a crowd: hatching, hair and shade are many strokes close together.
 """
 
@@ -21,8 +22,10 @@ from skimage.morphology import skeletonize
 from facs_rig import LANDMARKS, Camera, FaceRig
 
 from .contours import Box, binarise, working_drawing
+from .deltas import on_line
 from .fit import head_box
 from .mapping import pixels_to_skin
+from .render import expression_render
 from .tweakables import WORKING_SIZE
 
 __all__ = ["carvable", "centre_lines", "unmatched_strokes"]
@@ -35,15 +38,15 @@ SHORTEST = 0.008
 """Metres; what is shorter is a dot or a hair of a brow or a beard."""
 STEP = 0.001
 """Metres between the points at which a stroke is judged."""
-ABOVE, BELOW, BESIDE = 0.018, 0.005, 0.001
+ABOVE, BELOW, BESIDE = 0.01, 0.005, 0.001
 """Metres from the landmark on the forehead up to the hairline, from that on the chin down, from
-those on the temples outward. The hairline is half an ellipse over the brows."""
+those on the temples outward. The hairline is half an ellipse over the brows, and a low one."""
 FEATURE, ALONG = 0.008, 0.7
 """Metres from a line of brows, irises or lips, and the least cosine of the angle to it, that make
 another line its own: the lids are those of the iris."""
-CROWD_REACH, CROWD = 0.015, 0.1
+CROWD_REACH, CROWD = 0.015, 0.08
 """Metres of strokes without a place around a point, within a circle of this radius, from which on
-they are a crowd: lines 7 mm apart over a wide area. Worry lines are 10 mm apart."""
+they are a crowd: lines 9 mm apart over a wide area. Worry lines are 10 mm apart."""
 CROWD_STEP = 0.008
 """Metres; a stroke that keeps this close to a crowd belongs to it, as the last lines of hair do."""
 LOOK_BACK = 6
@@ -159,9 +162,21 @@ def carvable(
     ways = np.concatenate([*map(_directions, features), np.zeros((1, 2))])[nearest]
     own = np.concatenate([*map(_directions, even)])
     off = np.abs(np.einsum("kd,kd->k", ways, own)) < ALONG
-    wanted = np.bincount(owner, on_face & off) > MOST * np.bincount(owner)
+    own_place = on_face & off & ~_shown(points * camera.scale, rig, posed, camera)
+    wanted = np.bincount(owner, own_place) > MOST * np.bincount(owner)
     crowded = _crowded(points, owner)
     return [line for line, use in zip(strokes, wanted & ~crowded, strict=True) if use]
+
+
+def _shown(
+    pixels: NDArray[np.floating], rig: FaceRig, posed: NDArray[np.floating], camera: Camera
+) -> NDArray[np.bool_]:
+    """(k,) whether the face itself has a dark line at pixels (k, 2) of the camera."""
+    box = head_box(posed, camera)
+    left, top, right, bottom = box
+    small = camera.cropped(*box, *WORKING_SIZE)
+    cell = np.array([(right - left) / small.width, (bottom - top) / small.height])
+    return on_line(expression_render(rig, posed, small).lines, (pixels - [left, top]) / cell)
 
 
 def _directions(line: NDArray[np.floating]) -> NDArray[np.float64]:
