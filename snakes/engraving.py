@@ -139,7 +139,7 @@ def engrave(
     moves = (math.copysign(1.0, depth) * height * free)[:, None] * normals
     _carry_brows(rig, posed, moves)
     moves = _unfolded(posed, moves, rig.triangles)
-    return result + rig.unturn_vectors(moves, parameters)
+    return (result + rig.unturn_vectors(moves, parameters)).astype(np.float32)
 
 
 def profile_height(distance: NDArray[np.floating], profile: str = "crease") -> NDArray[np.float64]:

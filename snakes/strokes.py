@@ -171,12 +171,17 @@ def carvable(
 def _shown(
     pixels: NDArray[np.floating], rig: FaceRig, posed: NDArray[np.floating], camera: Camera
 ) -> NDArray[np.bool_]:
-    """(k,) whether the face itself has a dark line at pixels (k, 2) of the camera."""
+    """(k,) whether the face itself has a dark line at pixels (k, 2) of the camera.
+
+    Or right beside them: a groove that is lit from the front is dark on both its walls.
+    """
     box = head_box(posed, camera)
     left, top, right, bottom = box
     small = camera.cropped(*box, *WORKING_SIZE)
     cell = np.array([(right - left) / small.width, (bottom - top) / small.height])
-    return on_line(expression_render(rig, posed, small).lines, (pixels - [left, top]) / cell)
+    lines, places = expression_render(rig, posed, small).lines, (pixels - [left, top]) / cell
+    beside = [places + step for step in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
+    return np.any([on_line(lines, there) for there in beside], axis=0)
 
 
 def _directions(line: NDArray[np.floating]) -> NDArray[np.float64]:

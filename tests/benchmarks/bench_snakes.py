@@ -22,7 +22,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from dataset_gen import draw_strokes, ink  # noqa: E402
 from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
-from snakes import Tweakables, fit_offsets  # noqa: E402
+from snakes import (  # noqa: E402
+    Tweakables,
+    carvable,
+    engrave,
+    fit_offsets,
+    unmatched_strokes,
+)
 from snakes.active import relax  # noqa: E402
 
 ROUNDS = 5
@@ -46,6 +52,23 @@ def main() -> None:
         print(f"{step:>10} {1e3 * statistics.median(f.timings_s[step] for f in fits):8.1f} ms")
     total = statistics.median(sum(f.timings_s.values()) for f in fits)
     print(f"{'total':>10} {1e3 * total:8.1f} ms")
+
+    posed = rig.pose(parameters, fit.offsets)
+    laps: list[list[float]] = []
+    for _ in range(ROUNDS):
+        times = [time.perf_counter()]
+        loose = unmatched_strokes(drawing, fit.unmatched, posed, camera)
+        times.append(time.perf_counter())
+        chosen = carvable(loose, rig, posed, camera)
+        times.append(time.perf_counter())
+        engrave(rig, parameters, fit.offsets, camera, chosen)
+        times.append(time.perf_counter())
+        laps.append([1e3 * (b - a) for a, b in zip(times, times[1:], strict=False)])
+    found, judged, carved = map(statistics.median, zip(*laps, strict=True))
+    print(
+        f"{len(loose)} strokes without a place found in {found:.0f} ms, judged in {judged:.0f} ms, "
+        f"{len(chosen)} engraved in {carved:.0f} ms"
+    )
 
     cell = np.array([fit.box[2] - fit.box[0], fit.box[3] - fit.box[1]]) / fit.render.shape[::-1]
     contours = [(line - fit.box[:2]) / cell for line in fit.contours]
