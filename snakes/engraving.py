@@ -28,7 +28,7 @@ from facs_rig.mesh import is_shape, triangle_normals, vertex_normals
 from .deltas import runs
 from .mapping import pixels_to_skin
 
-__all__ = ["DEEPEST", "PROFILES", "WIDEST", "engrave", "profile_height"]
+__all__ = ["DEEPEST", "PROFILES", "WIDEST", "engrave"]
 
 PROFILES = {"crease": 0.15, "scar": 0.5}
 """Height of the rims on both sides of a groove, as a share of its depth."""
@@ -126,6 +126,8 @@ def engrave(
     of range, and an unknown profile.
     """
     is_shape(offsets, (rig.n_vertices, 3), "offsets")
+    if not np.isfinite(offsets).all():
+        raise ValueError("The offsets have a value that is not a number.")
     rim = _checked(polylines, depth, width, profile)
     result = np.array(offsets, dtype=np.float32)
     posed = rig.pose(parameters, result)
@@ -140,13 +142,6 @@ def engrave(
     _carry_brows(rig, posed, moves)
     moves = _unfolded(posed, moves, rig.triangles)
     return (result + rig.unturn_vectors(moves, parameters)).astype(np.float32)
-
-
-def profile_height(distance: NDArray[np.floating], profile: str = "crease") -> NDArray[np.float64]:
-    """Height of a line's profile, -1 at its bottom, by the distance from it in widths."""
-    bowl, bank = _profile(np.asarray(distance, dtype=np.float64))
-    rim = PROFILES[profile]
-    return rim * bank - (1 + rim) * bowl
 
 
 def _profile(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -312,7 +307,8 @@ def _unfolded(
 ) -> NDArray[np.float64]:
     """The movements, smaller where they would shrink or turn a triangle beyond LEAST_AREA."""
     near = triangles[moves.any(axis=1)[triangles].any(axis=1)]
-    before = triangle_normals(posed, near).astype(np.float64)
+    posed = posed.astype(np.float64)  # so that what does not move stays exactly as it was
+    before = triangle_normals(posed, near)
     least = LEAST_AREA * np.einsum("ij,ij->i", before, before)
     moves, attempt = moves.copy(), 0
     while True:

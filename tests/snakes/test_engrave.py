@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from facs_rig import Camera, FaceParameters, landmark_points, load_rig
 from facs_rig.mesh import triangle_normals, vertex_normals
 from snakes import engrave
-from snakes.engraving import EYE_REACH, PROFILES, WIDEN, profile_height
+from snakes.engraving import EYE_REACH, PROFILES, WIDEN
 from snakes.mapping import pixels_to_skin
 
 MM = 1e-3
@@ -96,11 +96,13 @@ def test_the_profile_is_symmetrical_with_a_rim_on_either_side(scene, fine):
     assert not across[away > 6 * MM].any()
 
 
-def test_profiles_differ_by_their_rims():
-    t = np.linspace(0, 1, 101)
-    crease, scar = (profile_height(t, name) for name in ("crease", "scar"))
-    assert crease[[0, -1]] == pytest.approx([-1, 0]) and scar[[0, -1]] == pytest.approx([-1, 0])
-    assert scar.max() > 2 * crease.max() > 0.2
+def test_profiles_differ_by_their_rims(scene, fine):
+    crease, scar = (
+        heights(fine, REST, carved(fine, REST, scene.camera(), [LEVEL], 1 * MM, 6 * MM, profile))
+        for profile in ("crease", "scar")
+    )
+    assert crease.min() == pytest.approx(scar.min(), rel=0.02)
+    assert scar.max() > 2 * crease.max() > 0.2 * MM
 
 
 def test_nothing_moves_farther_than_the_width_from_the_line(scene, fine):
@@ -191,6 +193,11 @@ def test_what_cannot_be_carved_is_refused_with_a_sentence(scene, ball, change, s
     given = {"offsets": np.zeros((ball.n_vertices, 3)), "polylines": [LEVEL]} | change
     with pytest.raises(ValueError, match=says):
         engrave(ball, REST, given.pop("offsets"), scene.camera(), **given)
+
+
+def test_offsets_that_are_no_numbers_are_refused(scene, ball):
+    with pytest.raises(ValueError, match="offsets have a value that is not a number"):
+        engrave(ball, REST, np.full((ball.n_vertices, 3), np.nan), scene.camera(), [LEVEL])
 
 
 # --- on the face ----------------------------------------------------------------------------------
