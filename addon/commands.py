@@ -50,7 +50,40 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         "first; thesis: the drawing's contours slide over the shaded face (default lines)",
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="say nothing when all is well")
+    _stroke_arguments(parser)
     _tweakable_arguments(parser)
+
+
+def _stroke_arguments(parser: argparse.ArgumentParser) -> None:
+    """What becomes of the strokes that have no place on the face."""
+    from addon.pipeline import UNMATCHED, FitOptions
+    from snakes import DEEPEST, PROFILES, WIDEST
+
+    group = parser.add_argument_group(
+        "strokes without a place", "scars, and wrinkles where the face has none"
+    )
+    group.add_argument(
+        "--unmatched",
+        choices=UNMATCHED,
+        default=FitOptions.strokes,
+        help="ignore them, engrave them into the skin or emboss them; hair, hatching and what is "
+        f"off the face is never carved (default {FitOptions.strokes})",
+    )
+    group.add_argument(
+        "--stroke-profile",
+        choices=tuple(PROFILES),
+        default=FitOptions.stroke_profile,
+        help=f"a crease has low rims, a scar high ones (default {FitOptions.stroke_profile})",
+    )
+    for name, what, most in (("depth", "deep or high", DEEPEST), ("width", "wide", WIDEST)):
+        default = getattr(FitOptions, f"stroke_{name}")
+        group.add_argument(
+            f"--stroke-{name}",
+            type=float,
+            default=default,
+            metavar="MM",
+            help=f"how {what} they are (default {default:g} mm, at most {1000 * most:g})",
+        )
 
 
 def _tweakable_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +131,16 @@ def fit(options: argparse.Namespace) -> int:
     from addon import pipeline
     from classifiers import load_detector
 
-    wanted = pipeline.FitOptions(tweakables, options.align, options.method)
+    wanted = usage(
+        pipeline.FitOptions,
+        tweakables=tweakables,
+        align=options.align,
+        method=options.method,
+        strokes=options.unmatched,
+        stroke_depth=options.stroke_depth,
+        stroke_width=options.stroke_width,
+        stroke_profile=options.stroke_profile,
+    )
     usage(load_detector)
     with Bar("fitting") as bar:
         fitted = pipeline.fit(sketch, wanted, bar)

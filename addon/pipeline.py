@@ -27,12 +27,18 @@ from classifiers.labels import FULL
 from classifiers.preprocess import Crop
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from snakes import (
+    DEEPEST,
     HEAD,
+    PROFILES,
+    WIDEST,
     WORKING_SIZE,
     Evidence,
     SurfaceLines,
     Tweakables,
     align,
+    carvable,
+    centre_lines,
+    engrave,
     fit_lines,
     fit_offsets,
     head_box,
@@ -41,8 +47,10 @@ from snakes import (
 )
 
 Progress = Callable[[int, int], None]
-STAGES = ("read", "detect", "align", "fit", "measure")
+STAGES = ("read", "detect", "align", "fit", "measure", "carve")
 METHODS = ("lines", "thesis")
+# What becomes of the strokes that have no place on the face.
+UNMATCHED = ("ignore", "engrave", "emboss")
 # A drawing that the detector believes to be a face with less than this is refused.
 LEAST_FACE = 0.5
 INNER = ("suggestive", "valley")  # kinds of lines that one drawing shows and another does not
@@ -58,15 +66,34 @@ class FitOptions:
     pixels of the sketch, instead of the landmarks that the detector finds
     method : 'lines' brings the face's lines to the drawing's; 'thesis' lets the drawing's contours
     slide over the shaded face, with all the tweakables of its table (chapter 3)
+    strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
+    which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
+
+    Raises ValueError, one sentence, for a value that cannot be used.
     """
 
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
     method: str = "lines"
+    strokes: str = "ignore"
+    stroke_depth: float = 1.2
+    stroke_width: float = 4.0
+    stroke_profile: str = "crease"
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise ValueError(f"The method is one of {', '.join(METHODS)}, not {self.method!r}.")
+        for what, value, choices in (
+            ("The method", self.method, METHODS),
+            ("Unmatched strokes (strokes)", self.strokes, UNMATCHED),
+            ("The stroke profile (stroke_profile)", self.stroke_profile, tuple(PROFILES)),
+        ):
+            if value not in choices:
+                raise ValueError(f"{what} can be {', '.join(choices)}, not {value!r}.")
+        for what, length, most in (
+            ("The stroke depth (stroke_depth)", self.stroke_depth, 1000 * DEEPEST),
+            ("The stroke width (stroke_width)", self.stroke_width, 1000 * WIDEST),
+        ):
+            if not 0 < length <= most:
+                raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
 
 
 @dataclass(frozen=True)
@@ -130,7 +157,8 @@ def fit(
     if options.method == "thesis":
         parameters = expression
         stage = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)
-        offsets, unmatched = stage.offsets, stage.unmatched
+        offsets, drawn = stage.offsets, centre_lines(drawing.image, stage.box)
+        before = _contours(rig, rig.pose(parameters), camera)
     else:
         sure = detection.face_probability >= LEAST_FACE
         found = fit_lines(
@@ -143,21 +171,28 @@ def fit(
             options.tweakables,
         )
         parameters, camera, offsets = found.parameters, found.camera, found.offsets
+        drawn, before = found.drawn, found.model
     vertices = rig.pose(parameters, offsets)
     clock.done("fit")
 
     after = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
-    if options.method != "thesis":
-        unmatched = unmatched_lines(found.drawn, after.lines, camera)
+    unmatched = unmatched_lines(drawn, after.lines, camera)
     lines = {
         "template": _contours(rig, rig.pose(template), place(template)).lines,
-        "expression": found.model.lines if options.method != "thesis"
-        else _contours(rig, rig.pose(parameters), camera).lines,
+        "expression": before.lines,
         "fitted": after.without(INNER),
-    }  # fmt: skip
-    errors = {name: contour_error(measured, drawn.points) for name, drawn in lines.items()}
-    scale = float(np.mean(drawing.scale))
+    }
+    errors = {name: contour_error(measured, some.points) for name, some in lines.items()}
     clock.done("measure")
+
+    if options.strokes != "ignore":
+        strokes = carvable(unmatched, rig, vertices, camera)
+        depth = options.stroke_depth / 1000 * (1 if options.strokes == "engrave" else -1)
+        width, profile = options.stroke_width / 1000, options.stroke_profile
+        offsets = engrave(rig, parameters, offsets, camera, strokes, depth, width, profile)
+        vertices = rig.pose(parameters, offsets)
+    clock.done("carve")
+    scale = float(np.mean(drawing.scale))
     return FaceFit(
         drawing=drawing,
         detection=detection,
@@ -204,7 +239,10 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch."""
     from addon.preview import panels
 
-    return panels(face.drawing.image, face.rig, face.parameters, face.vertices, face.camera)
+    homeless = [line / face.drawing.scale for line in face.unmatched]
+    return panels(
+        face.drawing.image, face.rig, face.parameters, face.vertices, face.camera, homeless
+    )
 
 
 def write_face(face: FaceFit, path: str | Path) -> None:

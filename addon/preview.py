@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from dataset_gen import Style, draw_strokes, ink
+from dataset_gen.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
 from facs_rig.mesh import vertex_normals
 from facs_rig.paint import MATERIALS, materials_at, srgb
@@ -18,22 +21,35 @@ FINER = 2
 LAMPS = (((-0.45, 0.55, 0.7), 0.72), ((0.75, 0.1, 0.35), 0.22))  # direction to the lamp, strength
 AMBIENT = 0.12
 PAPER = 250
+FITTED, UNMATCHED = (200, 40, 30), (30, 90, 220)  # red and blue, lines over the sketch
 
 
 def panels(
-    drawing: NDArray, rig: FaceRig, parameters: FaceParameters, fitted: NDArray, camera: Camera
+    drawing: NDArray,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    fitted: NDArray,
+    camera: Camera,
+    unmatched: Sequence[NDArray] = (),
 ) -> NDArray[np.uint8]:
     """(h, 4 w, 3) uint8: sketch, detected expression, fitted face, its lines over the sketch.
 
-    drawing : (h, w) float, 1 is paper;  fitted : (n, 3) metres;  camera : of the drawing's pixels.
+    drawing : (h, w) float, 1 is paper;  fitted : (n, 3) metres;  camera : of the drawing's pixels;
+    unmatched : polylines (k, 2) of the drawing that have no place on the face, in its pixels.
     """
     camera, box = _close_up(fitted, camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
-    strokes = draw_strokes(rig, fitted, camera, detail=1)
-    lines = ink(strokes, camera.width, camera.height, Style(width=1.8))
+    left, top, right, bottom = box
+    zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
+    homeless = [(line - [left, top]) * zoom for line in unmatched]
     overlay = 255 - 0.35 * (255 - np.repeat(sketch[:, :, None], 3, axis=2).astype(float))
-    share = (255 - lines[:, :, None].astype(float)) / 255
-    overlay = overlay * (1 - share) + np.array([200, 40, 30]) * share
+    for strokes, width, colour in (
+        ([Stroke(line, np.ones(len(line)), "unmatched") for line in homeless], 1.4, UNMATCHED),
+        (draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED),
+    ):
+        lines = ink(strokes, camera.width, camera.height, Style(width=width))
+        share = (255 - lines[:, :, None].astype(float)) / 255
+        overlay = overlay * (1 - share) + np.array(colour) * share
     identity = dict(parameters.identity)
     return np.concatenate(
         [

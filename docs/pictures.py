@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from carved_pictures import carved_faces
 from data_pictures import histograms, page_of_drawings
 from data_pictures import ways as drawn_ways
 from numpy.typing import NDArray
@@ -386,10 +387,15 @@ def stages() -> None:
     )
 
 
+def engraved() -> None:
+    """Strokes without a place on the face: ignored, engraved and embossed."""
+    save("engraved.png", carved_faces())
+
+
 FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
         extremes, turned)  # fmt: skip
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways,
-                                     dataset_statistics, examples, stages)}  # fmt: skip
+                                     dataset_statistics, examples, stages, engraved)}  # fmt: skip
 
 
 def main() -> None:

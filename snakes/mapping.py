@@ -10,12 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facs_rig import Camera
+from facs_rig import Camera, FaceRig, rasterise
+from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.raster import barycentric
 
-__all__ = ["pixels_to_vertices", "world_moves"]
+__all__ = ["pixels_to_skin", "pixels_to_vertices", "world_moves"]
 
 CANDIDATES = 12
 """How many of the vertices around a pixel compete for it."""
+FINE = 0.0005
+"""Metres: the pixels of the picture in which the skin under a place is looked up."""
+MOST_PIXELS = 2000
+"""The longest side of that picture."""
 
 
 def pixels_to_vertices(
@@ -64,6 +70,54 @@ def pixels_to_vertices(
     found = here[rows, best]
     chosen[found] = indices[near[rows, best][found]]
     return chosen
+
+
+def pixels_to_skin(
+    pixels: NDArray[np.floating],
+    rig: FaceRig,
+    posed: NDArray[np.floating],
+    camera: Camera,
+) -> tuple[NDArray[np.bool_], NDArray[np.intp], NDArray[np.float64]]:
+    """Find what skin is seen at places of a picture; brows and lashes hide nothing.
+
+    Parameters
+    ----------
+    pixels : (k, 2) float, (u, v) in the camera's picture, also beyond its border
+    posed : (n, 3) float, metres
+
+    Returns
+    -------
+    seen : (k,) bool, whether the skin is what is seen there
+    corners : (k, 3) intp, the vertices of its triangle, 0 where it is not seen
+    weights : (k, 3) float64, barycentric in the picture, 0 to 1, 0 where it is not seen
+    """
+    pixels = np.asarray(pixels, dtype=np.float64)
+    seen = np.zeros(len(pixels), dtype=bool)
+    corners = np.zeros((len(pixels), 3), dtype=np.intp)
+    weights = np.zeros((len(pixels), 3))
+    if len(pixels) == 0:
+        return seen, corners, weights
+    head = camera.project(posed)
+    cell = FINE * np.array(camera.scale)
+    low = np.maximum(pixels.min(axis=0), head.min(axis=0)) - 2 * cell
+    high = np.minimum(pixels.max(axis=0), head.max(axis=0)) + 2 * cell
+    if np.any(high <= low):
+        return seen, corners, weights
+    width, height = np.clip(np.ceil((high - low) / cell), 1, MOST_PIXELS).astype(int).tolist()
+    fine = camera.cropped(low[0], low[1], high[0], high[1], width, height)
+    hair = np.any([rig.parts[part] for part in HAIR_PARTS], axis=0)
+    triangles = rig.triangles[~hair[rig.triangles].any(axis=1)]
+    owner = rasterise(posed, triangles, fine).triangle
+    u, v = ((pixels - low) * ([width, height] / (high - low))).T
+    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    under = np.full(len(pixels), -1)
+    under[inside] = owner[v[inside].astype(np.intp), u[inside].astype(np.intp)]
+    seen = (under >= 0) & rig.parts["skin"][triangles[under, 0]]
+    corners[seen] = triangles[under[seen]]
+    # A place beside its pixel's centre may lie a little outside the triangle that is seen there.
+    near = np.clip(barycentric(posed, triangles, fine, under[seen], u[seen], v[seen]), 0.0, 1.0)
+    weights[seen] = near / near.sum(axis=1, keepdims=True)
+    return seen, corners, weights
 
 
 def world_moves(

@@ -22,6 +22,7 @@ from snakes import Tweakables
 
 ROOT = Path(__file__).resolve().parents[2]
 SKETCH = SKETCHES / "smiling_woman.png"
+OLD_MAN = SKETCHES / "worried_old_man.png"
 
 
 def refused(capsys, *arguments) -> str:
@@ -62,6 +63,7 @@ def test_help_of_fit_names_every_tweakable(capsys):
     said = capsys.readouterr().out
     for field in fields(Tweakables):
         assert "--" + field.name.replace("_", "-") in said
+    assert all(f"--{name}" in said for name in ("unmatched", "stroke-depth", "stroke-width"))
 
 
 def test_help_imports_nothing_heavy():
@@ -149,6 +151,12 @@ def test_a_bad_sketch_leaves_older_files_alone(capsys, folder, kind):
         (["--snake-type", "lazy"], "invalid choice: 'lazy'"),
         (["--align", "1,2,3"], "left,top,right,bottom"),
         (["--align", "200,0,100,300"], "is empty"),
+        (["--unmatched", "carve"], "--unmatched: invalid choice: 'carve'"),
+        (["--stroke-profile", "trench"], "--stroke-profile: invalid choice: 'trench'"),
+        (["--stroke-depth", "deep"], "--stroke-depth: invalid float value: 'deep'"),
+        (["--stroke-depth", "0"], "stroke depth (stroke_depth) is more than 0 and at most 5 mm"),
+        (["--stroke-depth", "nan"], "at most 5 mm, not nan"),
+        (["--stroke-width", "50"], "stroke width (stroke_width) is more than 0 and at most 20 mm"),
         (["--no-such-option"], "unrecognized arguments: --no-such-option"),
     ],
 )
@@ -456,6 +464,22 @@ def test_fit_is_quiet_when_asked_and_names_the_face_itself(capsys, folder):
     assert cli.main(["fit", str(SKETCH), "--quiet", "--max-iterations", "50", "--mirror"]) == 0
     assert capsys.readouterr() == ("", "")
     assert contents(folder) == {"smiling_woman.glb"}
+
+
+def test_strokes_without_a_place_are_carved_when_asked(capsys, folder):
+    import trimesh
+
+    faces = {}
+    for unmatched in ("ignore", "engrave", "emboss"):
+        outputs = ["-o", f"{unmatched}.ply", "--report", f"{unmatched}.json", "-q"]
+        depth = ["--unmatched", unmatched, "--stroke-depth", "1", "--stroke-profile", "scar"]
+        assert cli.main(["fit", str(OLD_MAN), *outputs, *depth]) == 0
+        vertices = trimesh.load(f"{unmatched}.ply", process=False).vertices
+        faces[unmatched] = vertices, json.loads(Path(f"{unmatched}.json").read_text())["unmatched"]
+    plain, engraved, embossed = (vertices for vertices, _ in faces.values())
+    assert np.abs(engraved - plain).max() > 4e-4
+    np.testing.assert_allclose(engraved - plain, plain - embossed, atol=1e-4)
+    assert faces["ignore"][1] == faces["engrave"][1] == faces["emboss"][1]
 
 
 def test_the_projection_takes_the_written_file_into_the_sketch(capsys, folder):

@@ -12,6 +12,7 @@ from addon import pipeline
 from addon.drawing import SketchError
 from addon.pipeline import FitOptions, fit, preview, report, write_face
 from dataset_gen import Style, draw_strokes, ink
+from dataset_gen.strokes import Stroke
 from facs_rig import CONTROL_NAMES, IDENTITY, Camera, FaceParameters, load_rig
 from snakes import Tweakables
 
@@ -171,6 +172,58 @@ def test_tweakables_reach_the_snakes():
     np.testing.assert_allclose(flipped[skin], mirrored.offsets[skin], atol=1e-5)
 
 
+def scarred(places, size=512):
+    """The rig's own drawing with a line between each pair of `places` on the face, in cm."""
+    rig = load_rig()
+    posed = rig.pose(FaceParameters())
+    camera = Camera.framing(posed, size, size, 0.1)
+    strokes = draw_strokes(rig, posed, camera, 1)
+    for ends in places:
+        line = np.linspace(*(0.01 * np.array([*end, 0.0]) for end in ends), 40)
+        strokes.append(Stroke(camera.project(line), np.ones(40), "scar"))
+    return ink(strokes, size, size, Style(width=2.0)), camera
+
+
+def test_a_scar_is_carved_where_it_was_drawn():
+    picture, _ = scarred([((1.8, 0.4), (4.2, -3.4))])
+    plain, engraved, embossed = (
+        fit(picture, FitOptions(strokes=strokes, stroke_depth=1.0, stroke_profile="scar"))
+        for strokes in pipeline.UNMATCHED
+    )
+    moved = np.linalg.norm(engraved.offsets - plain.offsets, axis=1)
+    assert 0.8e-3 < moved.max() < 1.2e-3
+    np.testing.assert_allclose(
+        engraved.offsets - plain.offsets, plain.offsets - embossed.offsets, atol=1e-4
+    )
+    places = plain.rig.neutral()[moved > 0.5e-3] * 100
+    assert (places[:, 0] > 1.0).all() and (places[:, 0] < 5.5).all()
+    assert (places[:, 1] > -4.5).all() and (places[:, 1] < 1.5).all()
+    deeper = engraved.vertices[moved > 0.5e-3, 2] - plain.vertices[moved > 0.5e-3, 2]
+    assert np.median(deeper) < 0
+    assert len(engraved.unmatched) == len(plain.unmatched) > 0
+
+
+def test_a_drawing_without_scars_is_not_carved():
+    picture, _ = scarred([])
+    plain, engraved = (fit(picture, FitOptions(strokes=s)) for s in ("ignore", "engrave"))
+    assert (plain.offsets != engraved.offsets).any(axis=1).mean() < 0.005
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"strokes": "carve"}, "can be ignore, engrave, emboss, not 'carve'"),
+        ({"stroke_profile": "trench"}, "can be crease, scar, not 'trench'"),
+        ({"stroke_depth": 0.0}, "more than 0 and at most 5 mm, not 0"),
+        ({"stroke_width": -1.0}, "more than 0 and at most 20 mm, not -1"),
+        ({"stroke_width": float("nan")}, "at most 20 mm, not nan"),
+    ],
+)
+def test_options_that_cannot_be_used(options, says):
+    with pytest.raises(ValueError, match=says):
+        FitOptions(**options)
+
+
 def test_a_page_without_a_face_is_refused():
     page = np.full((300, 300), 255, np.uint8)
     for k in range(20, 280, 20):  # a page of squared paper, heavily ruled
@@ -197,4 +250,6 @@ def test_the_preview_shows_four_panels(fits):
         assert (face[h // 2, w // 8] != 250).any()
     assert np.abs(expression - fitted).max() > 20
     red = (overlay[:, :, 0] - overlay[:, :, 2]) > 80
-    assert red.any()
+    blue = (overlay[:, :, 2] - overlay[:, :, 0]) > 80  # what has no place: her hair
+    assert red.any() and blue.any()
+    assert blue[: h // 3].sum() > blue[h // 3 : 2 * h // 3, w // 10 : 3 * w // 20].sum()
