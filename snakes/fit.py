@@ -259,7 +259,7 @@ def _apply(
     place = np.full(len(posed), -1, dtype=np.intp)
     place[skin] = np.arange(len(skin))
     flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
-    smoother = _skin_smoother(rig)
+    smoother = skin_smoother(rig)
     offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
     for _ in range(PASSES if len(handles) else 0):
         left = mean - offsets[handles]
@@ -280,7 +280,7 @@ def _apply(
 
 
 @lru_cache(maxsize=2)
-def _skin_smoother(rig: FaceRig) -> csr_matrix:
+def skin_smoother(rig: FaceRig) -> csr_matrix:
     """The smoothing matrix of the skin vertices alone."""
     skin = rig.parts["skin"]
     place = np.cumsum(skin) - 1

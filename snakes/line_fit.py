@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from facs_rig import Camera, FaceParameters, FaceRig
 
 from .deltas import runs
-from .fit import head_box
+from .fit import head_box, skin_smoother
 from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths, spacing
 from .offsets import symmetrise
+from .parts import unfold
 from .pull import pull_skin
 from .shape import HEAD, Evidence, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables
@@ -88,6 +89,7 @@ def fit_lines(
     )
     if settings.mirror:
         offsets = symmetrise(offsets, rig.mirror)
+    offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
     laps.append(time.perf_counter())
     steps = ("lines", "shape", "skin")
     timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))

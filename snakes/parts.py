@@ -13,12 +13,14 @@ from scipy.spatial import cKDTree
 from facs_rig import LANDMARKS, FaceRig
 from facs_rig.anatomy import HAIR_PARTS
 
-__all__ = ["carry_parts", "even_skull", "keep_lids_on_eyes"]
+__all__ = ["carry_parts", "even_skull", "keep_lids_on_eyes", "unfold"]
 
 LID_SHARE = 0.3
 """Skin within this fraction of an eyeball's radius from its surface belongs to its lids."""
 SKULL_FROM, SKULL_BLEND = 0.015, 0.03
 """Metres above the brows at which the skull begins, and over which it takes over."""
+UNFOLDINGS = 40
+"""How often offsets around a triangle that turns over are averaged."""
 SKULL_SMOOTHINGS = 200
 """How often offsets over the skull are averaged: over some centimetres on its coarse mesh."""
 
@@ -118,6 +120,41 @@ def even_skull(
     result = offsets.copy()
     result[skull] += share[skull, None] * (broad - result[skull])
     return result
+
+
+def unfold(
+    rig: FaceRig,
+    smoother: csr_matrix,
+    vertices: NDArray[np.floating],
+    offsets: NDArray[np.floating],
+) -> NDArray[np.floating]:
+    """Offsets that turn no triangle of the skin over: averaged around those that do, else none.
+
+    smoother : (s, s) sparse, averages each skin vertex with its neighbours
+    vertices : (n, 3) float, metres, the face before the offsets (n, 3)
+    """
+    skin = np.flatnonzero(rig.parts["skin"])
+    place = np.cumsum(rig.parts["skin"]) - 1
+    triangles = rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)]
+    before = _normals(vertices, triangles)
+    result = np.array(offsets, dtype=np.float64)
+    for _ in range(UNFOLDINGS):
+        turned = np.einsum("ij,ij->i", before, _normals(vertices + result, triangles)) <= 0
+        turned &= np.einsum("ij,ij->i", before, before) > 0
+        if not turned.any():
+            return result
+        hot = np.zeros(len(skin))
+        hot[place[triangles[turned].ravel()]] = 1.0
+        around = smoother @ (smoother @ hot) > 0
+        own = result[skin]
+        own[around] = (smoother @ own)[around]
+        result[skin] = own
+    return np.zeros_like(result)
+
+
+def _normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.float64]:
+    a, b, c = (vertices[triangles[:, k]].astype(np.float64) for k in range(3))
+    return np.cross(b - a, c - a)
 
 
 @lru_cache(maxsize=2)

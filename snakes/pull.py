@@ -147,7 +147,7 @@ def _cage_of(rig: FaceRig, parameters: FaceParameters) -> NDArray[np.float64]:
     weights = np.concatenate(
         [[1.0], target_weights(parameters.identity), rig.key_values(parameters)]
     )
-    return np.tensordot(weights[: cage.shape[1]], cage, axes=(0, 1))
+    return weights[: cage.shape[1]].astype(cage.dtype) @ cage
 
 
 def _mixed(matrix, corners: NDArray, weights: NDArray):

@@ -34,7 +34,7 @@ def test_it_is_the_conditional_mean_of_the_joint_distribution():
     gain = joint @ seen.T @ np.linalg.inv(seen @ joint @ seen.T + np.diag(errors**2))
     expected = (gain @ moves).reshape(-1, 2)[len(places) :]
     found = smooth_field(places, normals, moves, errors, at, LENGTH, SIZE)
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_allclose(found, expected, atol=1e-8)
 
 
 @given(seed=st.integers(0, 500))
@@ -42,7 +42,7 @@ def test_half_the_movements_half_the_field(seed):
     places, normals, moves, errors = known(seed)
     whole = smooth_field(places, normals, moves, errors, places, LENGTH, SIZE)
     half = smooth_field(places, normals, moves / 2, errors, places, LENGTH, SIZE)
-    np.testing.assert_allclose(half, whole / 2, atol=1e-12)
+    np.testing.assert_allclose(half, whole / 2, atol=1e-8)
 
 
 def test_what_is_known_exactly_is_kept_and_dies_away():
@@ -61,7 +61,7 @@ def test_dense_lines_do_not_pile_up():
     found = smooth_field(
         places, normals, np.full(100, 0.003), np.full(100, 1e-3), places, LENGTH, SIZE
     )
-    assert np.abs(found[:, 0] - 0.003).max() < 3e-5 and np.abs(found[:, 1]).max() < 1e-12
+    assert np.abs(found[:, 0] - 0.003).max() < 3e-5 and np.abs(found[:, 1]).max() < 1e-9
 
 
 def test_two_lines_that_cross_tell_the_whole_movement():

@@ -7,7 +7,7 @@ import pytest
 
 from facs_rig import Camera, FaceParameters, load_rig, rasterise
 from snakes import Tweakables, fit_offsets
-from snakes.fit import _skin_smoother
+from snakes.fit import skin_smoother
 from snakes.parts import carry_parts, even_skull, eyeballs
 from snakes.render import expression_render
 
@@ -183,7 +183,7 @@ def test_every_snake_type_and_curve_gives_a_finite_face(face):
 def test_the_skull_takes_broad_shapes_only(rng):
     """A dent over the skull is spread out; the face below the brows keeps what it was given."""
     rig = load_rig()
-    smoother = _skin_smoother(rig)
+    smoother = skin_smoother(rig)
     skin = rig.neutral()[rig.parts["skin"]]
     crown = np.argmax(skin[:, 1])
     offsets = np.zeros((len(skin), 3))

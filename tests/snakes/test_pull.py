@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from addon.measure import face_lines
-from facs_rig import Camera, FaceParameters, load_rig
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from snakes.fit import skin_smoother
 from snakes.lines import Lines
-from snakes.parts import eyeballs, keep_lids_on_eyes
+from snakes.parts import eyeballs, keep_lids_on_eyes, unfold
 from snakes.pull import _stiffness, pull_skin, settle
 
 
@@ -154,3 +155,30 @@ def test_lids_stay_on_eyeballs_that_move_as_a_whole(rng):
         assert off.min() < -5e-4  # without it they would have gone through
     whole = keep_lids_on_eyes(rig, shape, offsets)
     np.testing.assert_allclose(whole, offsets, atol=1e-7)
+
+
+def test_folds_are_averaged_away_and_all_else_stays(rng):
+    rig = load_rig()
+    shape = rig.neutral()
+    skin = np.flatnonzero(rig.parts["skin"])
+    smoother = skin_smoother(rig)
+    even = np.tile([0.002, 0.001, 0.0], (len(shape), 1))
+    np.testing.assert_array_equal(unfold(rig, smoother, shape, even), even)
+    torn = even.copy()
+    nose = rig.landmarks[LANDMARKS.index("nose_tip")]
+    near = skin[np.linalg.norm(shape[skin] - shape[nose], axis=1) < 0.01]
+    torn[near] += rng.normal(0, 2e-3, (len(near), 3))
+    mended = unfold(rig, smoother, shape, torn)
+    triangles = rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)]
+
+    def normals(v):
+        a, b, c = (v[triangles[:, k]].astype(float) for k in range(3))
+        return np.cross(b - a, c - a)
+
+    before = normals(shape)
+    for offsets, whole in ((torn, False), (mended, True)):
+        upright = np.einsum("ij,ij->i", before, normals(shape + offsets)) > 0
+        assert upright.all() == whole
+    far = np.linalg.norm(shape - shape[nose], axis=1) > 0.03
+    np.testing.assert_array_equal(mended[far], even[far])
+    assert np.abs(mended).max() > 1e-3
