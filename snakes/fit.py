@@ -260,13 +260,16 @@ def _apply(
     place[skin] = np.arange(len(skin))
     flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
     smoother = _skin_smoother(rig)
+    surface = _skin_triangles(rig) if settings.soft_select_connected else None
     offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
     for _ in range(PASSES if len(handles) else 0):
         left = mean - offsets[handles]
         reach = reach_of(left, settings.soft_select_distance / 100.0)
-        merged, left, reach = merge_handles(flattened, place[handles], left, reach)
+        merged, left, reach = merge_handles(
+            flattened, place[handles], left, reach, triangles=surface
+        )
         moved, weight = proportional_edit(
-            flattened, merged, left, reach, settings.soft_select_curve
+            flattened, merged, left, reach, settings.soft_select_curve, triangles=surface
         )
         for _ in range(SMOOTHINGS):
             moved = smoother @ moved
