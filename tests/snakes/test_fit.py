@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise
 from snakes import WORKING_SIZE, Tweakables, fit_offsets, head_box
 from snakes.deltas import PixelDeltas
 from snakes.fit import _apply, _skin_smoother
+from snakes.offsets import smoothing_matrix
 from snakes.parts import carry_parts, even_skull, eyeballs
 from snakes.render import expression_render
 
@@ -37,6 +39,30 @@ def test_the_sphere_comes_closer_to_a_drawn_ellipse(scene, ball, axes):
 def test_a_sphere_drawn_as_it_is_stays(scene, ball):
     fit = fit_offsets(scene.ellipse(130, 130), ball, FaceParameters(), scene.camera())
     assert np.linalg.norm(fit.offsets, axis=1).max() < 2e-3  # under a pixel of the working image
+
+
+def test_the_sphere_of_the_thesis_with_three_soft_select_distances(scene):
+    """On a ball of 1 cm: each output is closer to the drawing, greater distances are smoother."""
+    sphere, camera = scene.Ball(radius=0.01), scene.camera(0.01)
+    outline = scene.deformed_circle()
+    page = Image.new("1", (scene.SIZE, scene.SIZE))
+    ImageDraw.Draw(page).polygon([tuple(point) for point in outline], fill=1)
+    wanted = np.asarray(page)
+    smoother = smoothing_matrix(sphere.triangles, sphere.n_vertices)
+
+    def off(vertices):
+        return (silhouette(vertices, sphere.triangles, camera) ^ wanted).sum()
+
+    closeness, roughness = [], []
+    for distance in (0.6, 0.8, 1.0):
+        settings = Tweakables(soft_select_distance=distance)
+        fit = fit_offsets(scene.drawn(outline), sphere, FaceParameters(), camera, settings)
+        closeness.append(off(sphere.vertices + fit.offsets) / off(sphere.vertices))
+        rough = np.linalg.norm(fit.offsets - smoother @ fit.offsets, axis=1).mean()
+        roughness.append(rough / np.linalg.norm(fit.offsets, axis=1).mean())
+        assert not fit.unmatched
+    assert closeness == sorted(closeness) and closeness[0] < 0.4 and closeness[-1] < 0.7
+    assert roughness == sorted(roughness, reverse=True) and roughness[-1] < 0.7 * roughness[0]
 
 
 def test_a_blank_drawing_moves_nothing(scene, ball):
