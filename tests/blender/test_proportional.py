@@ -143,7 +143,6 @@ def test_distances_over_a_crumpled_sheet_are_nearly_blenders(rng):
         arguments = (vertices, triangles, selected, reach, "linear", True, (0.0, 0.0, 1.0))
         theirs, ours = (reach * (1 - move(*arguments)[:, 2]) for move in (by_blender, by_us))
         off.append((theirs - ours) / EDGE)
-    # Of some tens of edges; which of the two is longer, and why, geodesic.py says.
+    # Of distances up to some tens of edges; geodesic.py says why.
     assert np.abs(off).max() < 0.6
-    assert np.abs(off).mean() < 0.02
-    assert np.mean(off) > 0
+    assert np.abs(off).mean() < 0.015
