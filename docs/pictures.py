@@ -17,6 +17,7 @@ from data_pictures import histograms, page_of_drawings
 from data_pictures import ways as drawn_ways
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
+from sphere_picture import sphere_example
 
 from addon import pipeline
 from addon.sheet import (
@@ -62,9 +63,10 @@ def sheet(pictures: list[NDArray], columns: int) -> Picture:
     return grid([coloured(picture) for picture in pictures], columns)
 
 
-def save(name: str, picture: Picture) -> None:
+def save(name: str, picture: Picture, few_colours: bool = True) -> None:
     IMAGES.mkdir(exist_ok=True)
-    paletted(picture).save(IMAGES / name, optimize=True)
+    image = paletted(picture) if few_colours else Image.fromarray(picture)
+    image.save(IMAGES / name, optimize=True)
     kilobytes = (IMAGES / name).stat().st_size / 1000
     print(f"docs/images/{name}  {picture.shape[1]}x{picture.shape[0]}, {kilobytes:.0f} kB")
 
@@ -392,10 +394,15 @@ def engraved() -> None:
     save("engraved.png", carved_faces())
 
 
+def sphere() -> None:
+    """The thesis' simple example: a sphere takes the outline of a drawing."""
+    save("sphere.png", sphere_example(), few_colours=False)  # a palette would grey the thin lines
+
+
 FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
         extremes, turned)  # fmt: skip
-PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways,
-                                     dataset_statistics, examples, stages, engraved)}  # fmt: skip
+PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways, dataset_statistics,
+                                     examples, stages, sphere, engraved)}  # fmt: skip
 
 
 def main() -> None:

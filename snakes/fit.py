@@ -260,13 +260,16 @@ def _apply(
     place[skin] = np.arange(len(skin))
     flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
     smoother = skin_smoother(rig)
+    surface = _skin_triangles(rig) if settings.soft_select_connected else None
     offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
     for _ in range(PASSES if len(handles) else 0):
         left = mean - offsets[handles]
         reach = reach_of(left, settings.soft_select_distance / 100.0)
-        chosen, left, reach = merge_handles(flattened[place[handles]], left, reach)
+        merged, left, reach = merge_handles(
+            flattened, place[handles], left, reach, triangles=surface
+        )
         moved, weight = proportional_edit(
-            flattened, place[handles[chosen]], left, reach, settings.soft_select_curve
+            flattened, merged, left, reach, settings.soft_select_curve, triangles=surface
         )
         for _ in range(SMOOTHINGS):
             moved = smoother @ moved
@@ -280,12 +283,17 @@ def _apply(
 
 
 @lru_cache(maxsize=2)
-def skin_smoother(rig: FaceRig) -> csr_matrix:
-    """The smoothing matrix of the skin vertices alone."""
+def _skin_triangles(rig: FaceRig) -> NDArray[np.intp]:
+    """The triangles of the skin, which number its vertices alone."""
     skin = rig.parts["skin"]
     place = np.cumsum(skin) - 1
-    own = skin[rig.triangles].all(axis=1)
-    return smoothing_matrix(place[rig.triangles[own]], int(skin.sum()))
+    return place[rig.triangles[skin[rig.triangles].all(axis=1)]]
+
+
+@lru_cache(maxsize=2)
+def skin_smoother(rig: FaceRig) -> csr_matrix:
+    """The smoothing matrix of the skin vertices alone."""
+    return smoothing_matrix(_skin_triangles(rig), int(rig.parts["skin"].sum()))
 
 
 class _Clock:

@@ -1,9 +1,9 @@
 """Moving the skin around the vertices that the drawing pulls (thesis, chapter 3, step 7).
 
 The thesis moves one vertex after the other with Maya's soft selection, so that movements pile up
-where vertices are dense. Here all movements act at once: a vertex takes Σ w δ / max(1, Σ w) over
-the handles that reach it, their weighted mean where they overlap and a single handle's fall-off
-where it stands alone.
+where vertices are dense. Here all movements act at once: a vertex takes the weighted mean of the
+movements that reach it, times the greatest of their weights. A single movement falls off from
+its handles just as in Blender's proportional editing.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, diags, identity
+from scipy.sparse import coo_matrix, csr_matrix, diags, identity
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from .geodesic import surface_distances
 from .tweakables import CURVES
 
 __all__ = [
@@ -31,6 +33,11 @@ STEEPEST = 0.15
 
 MERGED = 0.25
 """Side, as a fraction of the reach, of the cells within which handles are merged."""
+
+SLACK = 2.0
+"""Patch of a selection on the surface, as a multiple of the reach.
+
+Half way between two handles Blender's distance over the surface falls short of the true one."""
 
 _FALLOFFS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
     "smooth": lambda t: t * t * (3.0 - 2.0 * t),
@@ -63,8 +70,13 @@ def reach_of(moves: NDArray[np.floating], distance: float) -> NDArray[np.float64
 
 
 def merge_handles(
-    points: NDArray[np.floating], moves: NDArray[np.floating], reach: NDArray[np.floating]
-) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    vertices: NDArray[np.floating],
+    handles: NDArray[np.integer],
+    moves: NDArray[np.floating],
+    reach: NDArray[np.floating],
+    *,
+    triangles: NDArray[np.integer] | None = None,
+) -> tuple[NDArray[np.integer], NDArray[np.float64], NDArray[np.float64]]:
     """Let one handle stand for all that lie within a small part of their common reach.
 
     Neighbouring pixels pull almost the same skin by almost the same amount; where a movement
@@ -72,23 +84,41 @@ def merge_handles(
 
     Parameters
     ----------
-    points, moves : (k, 3) float, metres; reach : (k,) metres
+    vertices : (n, 3) float, metres
+    handles : (k,) int; moves : (k, 3) float, metres; reach : (k,) metres
+    triangles : (t, 3) int, optional
+        With them only handles that hang together within their cell are merged.
 
     Returns
     -------
-    chosen : (m,) int, indices of the handles that stay, the nearest to the middle of their cell
+    handles : (m,) int, those that stay, the nearest to the middle of their cell
     moves : (m, 3) and reach : (m,), metres, the means over the cells
     """
+    points = vertices[handles]
     octave = np.floor(np.log2(np.maximum(reach, 1e-9)) + 0.5)
-    cell = np.floor(points / (MERGED * 2.0**octave)[:, None])
-    key = np.concatenate([octave[:, None], cell], axis=1)
+    key = np.zeros((len(handles), 4))
+    key[:, 0] = octave
+    for step in np.unique(octave):
+        group = octave == step
+        cell = np.floor(vertices / (MERGED * 2.0**step))
+        key[group, 1:] = cell[handles[group]]
+        if triangles is not None:
+            key[group, 1] = _patches(cell, triangles)[handles[group]]
     _, owner, counts = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     owner = owner.ravel()
     share = csr_matrix((1.0 / counts[owner], (owner, np.arange(len(owner)))))
     away = np.linalg.norm(points - (share @ points)[owner], axis=1)
     order = np.lexsort((away, owner))
     first = np.concatenate([[0], np.cumsum(counts)])[:-1]
-    return order[first], share @ moves, share @ reach
+    return handles[order[first]], share @ moves, share @ reach
+
+
+def _patches(cell: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.integer]:
+    """(n,) int, the same for vertices that edges within one cell connect; cell : (n, 3)."""
+    a, b = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
+    within = (cell[a] == cell[b]).all(axis=1)
+    edges = coo_matrix((np.ones(within.sum()), (a[within], b[within])), shape=(len(cell),) * 2)
+    return connected_components(edges, directed=False)[1]
 
 
 def proportional_edit(
@@ -97,8 +127,14 @@ def proportional_edit(
     moves: NDArray[np.floating],
     reach: NDArray[np.floating] | float,
     curve: str = "linear",
+    *,
+    triangles: NDArray[np.integer] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Move handles and, with them, what lies around them.
+    """Move handles and, with them, what lies around them, as Blender's proportional editing does.
+
+    Handles that make the same move over the same reach are one selection: as in Blender its
+    weight goes by the distance to the nearest of them. Where different selections meet, the
+    offset is the weighted mean of their moves times the greatest weight.
 
     Parameters
     ----------
@@ -106,46 +142,73 @@ def proportional_edit(
     handles : (k,) int, indices of the vertices that move, each at most once
     moves : (k, 3) float, metres
     reach : (k,) or one float, metres
-        Euclidean distance at which a handle's influence has fallen to 0.
+        Distance at which a handle's influence has fallen to 0.
     curve : one of CURVES
+    triangles : (t, 3) int, optional
+        With them distance runs over the surface (Blender's Connected Only; see geodesic.py for
+        how near the two are), so that a lip does not move the other lip. Without them it is
+        Euclidean.
 
     Returns
     -------
     offsets : (n, 3) float64, metres
     weights : (n,) float64
-        Sum of the handles' weights: 0 where nothing reaches.
+        The greatest weight: 1 at the handles, 0 where nothing reaches.
+
+    Raises ValueError for an unknown curve, a reach that is not above 0, and triangles of vertices
+    that do not exist.
     """
     n = len(vertices)
     if len(handles) == 0:
         return np.zeros((n, 3)), np.zeros(n)
     radius = np.broadcast_to(np.asarray(reach, dtype=np.float64), (len(handles),))
-    rows, columns, apart = _pairs(vertices, handles, radius)
-    weight = falloff(apart / radius[columns], curve)
-    share = csr_matrix((weight, (rows, columns)), shape=(n, len(handles)))
+    if not (radius > 0.0).all():
+        raise ValueError(f"The reach of a handle is above 0 m, not {radius.min():g} m.")
+    selections, owner = np.unique(np.column_stack([moves, radius]), axis=0, return_inverse=True)
+    owner = owner.ravel()
+    within = selections[:, 3]
+    if triangles is not None:
+        within = within * np.where(np.bincount(owner) > 1, SLACK, 1.0)
+    rows, columns, apart = _pairs(vertices, handles, owner, within)
+    if triangles is not None:
+        sources = np.isin(columns * n + rows, owner * n + handles)
+        apart = surface_distances(vertices, triangles, rows, columns, sources)
+    weight = falloff(apart / selections[columns, 3], curve)
+    share = csr_matrix((weight, (rows, columns)), shape=(n, len(selections)))
     total = np.asarray(share.sum(axis=1)).ravel()
     nearest = share.max(axis=1).toarray().ravel()
-    mean = share @ np.asarray(moves, dtype=np.float64) / np.maximum(total, 1e-12)[:, None]
+    mean = share @ selections[:, :3] / np.maximum(total, 1e-12)[:, None]
     return mean * nearest[:, None], nearest
 
 
 def _pairs(
-    vertices: NDArray[np.floating], handles: NDArray[np.integer], radius: NDArray[np.float64]
+    vertices: NDArray[np.floating],
+    handles: NDArray[np.integer],
+    owner: NDArray[np.integer],
+    radius: NDArray[np.float64],
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Vertex, handle and distance of all pairs within the handle's radius; three (p,) arrays."""
+    """Vertex, selection and distance of all pairs within the selection's radius.
+
+    owner : (k,) int, the selection of each handle; radius : (s,) metres. Returns three (p,)
+    arrays, sorted by selection, then by vertex, with the distance to the nearest handle.
+    """
     tree = cKDTree(vertices)
     # Handles of similar radius are searched together.
-    octave = np.ceil(np.log2(radius / radius.min())).astype(np.intp)
+    octave = np.ceil(np.log2(radius / radius.min())).astype(np.intp)[owner]
     found: list[tuple[NDArray[np.intp], ...]] = []
     for step in np.unique(octave):
         group = np.flatnonzero(octave == step)
         pairs = cKDTree(vertices[handles[group]]).sparse_distance_matrix(
-            tree, float(radius[group].max()), output_type="ndarray"
+            tree, float(radius[owner[group]].max()), output_type="ndarray"
         )
-        column = group[pairs["i"]]
+        column = owner[group[pairs["i"]]]
         inside = pairs["v"] <= radius[column]
         found.append((pairs["j"][inside], column[inside], pairs["v"][inside]))
     rows, columns, apart = (np.concatenate(part) for part in zip(*found, strict=True))
-    return rows, columns, apart
+    order = np.lexsort((apart, rows, columns))
+    rows, columns, apart = rows[order], columns[order], apart[order]
+    nearest = (np.diff(rows, prepend=-1) != 0) | (np.diff(columns, prepend=-1) != 0)
+    return rows[nearest], columns[nearest], apart[nearest]
 
 
 def smoothing_matrix(triangles: NDArray[np.integer], n: int) -> csr_matrix:

@@ -157,6 +157,12 @@ class Tweakables:
         "How the movement of a vertex falls off with distance",
         choices=CURVES,
     )
+    # Beyond the thesis, therefore off as it comes.
+    soft_select_connected: bool = _tweak(
+        False,
+        "Soft select connected",
+        "Measure distance over the skin, so that a lip does not pull the other lip",
+    )
     mirror: bool = _tweak(
         False,
         "Mirror output",

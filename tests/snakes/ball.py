@@ -11,11 +11,17 @@ RADIUS = 0.1  # metres
 SIZE = 400  # pixels
 SCALE = 1300.0  # pixels per metre: the sphere's radius is 130 pixels
 
+# Of the deformed circle: degrees at which they are, degrees of width, height over the radius.
+BUMPS = ((130, 22, 0.1), (62, 16, -0.07), (10, 20, 0.09), (-40, 20, -0.08), (-110, 40, 0.08))
+
 
 class Ball:
-    """A sphere of skin; it has no expression and does not turn."""
+    """A sphere of skin; it has no expression and does not turn.
 
-    def __init__(self, rings: int = 70) -> None:
+    grid : (rings - 1, 2 rings) int, the vertices from pole to pole and around
+    """
+
+    def __init__(self, rings: int = 70, radius: float = RADIUS) -> None:
         polar = np.linspace(0, np.pi, rings + 1)[1:-1]
         around = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
         t, p = np.meshgrid(polar, around, indexing="ij")
@@ -25,7 +31,8 @@ class Ball:
         c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
         top, bottom = t.size, t.size + 1
         first, last = index[0], index[-1]
-        self.vertices = RADIUS * np.concatenate(
+        self.grid = index
+        self.vertices = radius * np.concatenate(
             [points.reshape(-1, 3), [[0, 1, 0], [0, -1, 0]]]
         ).astype(np.float32)
         self.triangles = np.concatenate(
@@ -59,8 +66,10 @@ class Ball:
         return vectors
 
 
-def camera() -> Camera:
-    return Camera(SIZE, SIZE, (SCALE, SCALE), (SIZE / 2, SIZE / 2))
+def camera(radius: float = RADIUS) -> Camera:
+    """In front of a ball, which covers the same pixels whatever its radius in metres."""
+    scale = SCALE * RADIUS / radius
+    return Camera(SIZE, SIZE, (scale, scale), (SIZE / 2, SIZE / 2))
 
 
 def ellipse(a: float, b: float, width: int = 2, size: int = SIZE) -> np.ndarray:
@@ -72,4 +81,24 @@ def ellipse(a: float, b: float, width: int = 2, size: int = SIZE) -> np.ndarray:
     draw = ImageDraw.Draw(image)
     for half, value in ((outer, 0), (inner, 255)):
         draw.ellipse([*(middle - half), *(middle + half - 1)], fill=value)
+    return np.asarray(image.reduce(four), dtype=np.float32) / 255
+
+
+def deformed_circle(points: int = 720) -> np.ndarray:
+    """The thesis' drawing: the outline (points, 2) of a ball with bumps and dents, in pixels."""
+    angle = np.linspace(0, 2 * np.pi, points, endpoint=False)
+    radius = np.ones(points)
+    for at, width, height in BUMPS:
+        away = np.angle(np.exp(1j * (angle - np.radians(at))))
+        radius += height * np.exp(-((away / np.radians(width)) ** 2))
+    around = np.stack([np.cos(angle), -np.sin(angle)], axis=1)
+    return SIZE / 2 + RADIUS * SCALE * radius[:, None] * around
+
+
+def drawn(outline: np.ndarray, width: int = 3) -> np.ndarray:
+    """A drawing (SIZE, SIZE), 1 is paper, of a closed line through points (k, 2) in pixels."""
+    four = 4
+    image = Image.new("L", (SIZE * four, SIZE * four), 255)
+    closed = [tuple(point * four) for point in np.concatenate([outline, outline[:1]])]
+    ImageDraw.Draw(image).line(closed, fill=0, width=width * four, joint="curve")
     return np.asarray(image.reduce(four), dtype=np.float32) / 255

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
 
-from facs_rig import Camera, FaceParameters, load_rig, rasterise
-from snakes import Tweakables, fit_offsets
-from snakes.fit import skin_smoother
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise
+from snakes import WORKING_SIZE, Tweakables, fit_offsets, head_box
+from snakes.deltas import PixelDeltas
+from snakes.fit import _apply, skin_smoother
+from snakes.offsets import smoothing_matrix
 from snakes.parts import carry_parts, even_skull, eyeballs
 from snakes.render import expression_render
 
@@ -36,6 +39,30 @@ def test_the_sphere_comes_closer_to_a_drawn_ellipse(scene, ball, axes):
 def test_a_sphere_drawn_as_it_is_stays(scene, ball):
     fit = fit_offsets(scene.ellipse(130, 130), ball, FaceParameters(), scene.camera())
     assert np.linalg.norm(fit.offsets, axis=1).max() < 2e-3  # under a pixel of the working image
+
+
+def test_the_sphere_of_the_thesis_with_three_soft_select_distances(scene):
+    """On a ball of 1 cm: each output is closer to the drawing, greater distances are smoother."""
+    sphere, camera = scene.Ball(radius=0.01), scene.camera(0.01)
+    outline = scene.deformed_circle()
+    page = Image.new("1", (scene.SIZE, scene.SIZE))
+    ImageDraw.Draw(page).polygon([tuple(point) for point in outline], fill=1)
+    wanted = np.asarray(page)
+    smoother = smoothing_matrix(sphere.triangles, sphere.n_vertices)
+
+    def off(vertices):
+        return (silhouette(vertices, sphere.triangles, camera) ^ wanted).sum()
+
+    closeness, roughness = [], []
+    for distance in (0.6, 0.8, 1.0):
+        settings = Tweakables(soft_select_distance=distance)
+        fit = fit_offsets(scene.drawn(outline), sphere, FaceParameters(), camera, settings)
+        closeness.append(off(sphere.vertices + fit.offsets) / off(sphere.vertices))
+        rough = np.linalg.norm(fit.offsets - smoother @ fit.offsets, axis=1).mean()
+        roughness.append(rough / np.linalg.norm(fit.offsets, axis=1).mean())
+        assert not fit.unmatched
+    assert closeness == sorted(closeness) and closeness[0] < 0.4 and closeness[-1] < 0.7
+    assert roughness == sorted(roughness, reverse=True) and roughness[-1] < 0.7 * roughness[0]
 
 
 def test_a_blank_drawing_moves_nothing(scene, ball):
@@ -174,10 +201,31 @@ def test_every_snake_type_and_curve_gives_a_finite_face(face):
         {"snake_type": "fixed", "soft_select_curve": "smooth"},
         {"snake_type": "periodic", "soft_select_curve": "root"},
         {"soft_select_curve": "sphere", "low_depth_preference": 0.5, "mirror": True},
+        {"soft_select_connected": True},
     ):
         fit = fit_offsets(drawing, rig, FaceParameters(), camera, Tweakables(**changes))
         assert np.isfinite(fit.offsets).all() and fit.offsets.any()
         assert list(fit.timings_s) == ["render", "contours", "snakes", "deltas", "offsets"]
+
+
+def test_connected_a_lip_does_not_pull_the_other_lip(face):
+    """One pixel on the lower lip is drawn lower; the upper lip takes part only through the air."""
+    rig, _, camera, _ = face
+    parameters = FaceParameters()
+    posed = rig.pose(parameters)
+    small = camera.cropped(*head_box(posed, camera), *WORKING_SIZE)
+    movable = expression_render(rig, posed, small).movable
+    upper, lower = (rig.landmarks[LANDMARKS.index(name)] for name in ("lip_top", "lip_bottom"))
+    pixel = np.floor(small.project(posed[[lower]])).astype(np.intp)
+    found = PixelDeltas(pixel, np.array([[0.0, 1.0]]), np.ones(1, dtype=np.intp))
+    pulled = {}
+    for connected in (False, True):
+        settings = Tweakables(soft_select_distance=4.0, soft_select_connected=connected)
+        offsets = _apply(found, rig, parameters, posed, movable, small, settings)
+        pulled[connected] = -offsets[[lower, upper], 1]
+    assert pulled[False][1] > 0.4 * pulled[False][0]
+    assert pulled[True][1] < 0.1 * pulled[True][0]
+    assert pulled[True][0] > 0.9 * pulled[False][0]
 
 
 def test_the_skull_takes_broad_shapes_only(rng):

@@ -138,9 +138,85 @@ def test_near_handles_are_merged_to_their_mean_and_far_ones_stay(rng):
     cluster = rng.uniform(0.1, 0.4, (10, 3)) * 1e-3  # within a cell of a quarter of 8 mm
     points = np.concatenate([cluster, [[0.05, 0.0, 0.0]]])
     moves = rng.normal(size=(11, 3)) * 1e-4
-    chosen, merged, reach = merge_handles(points, moves, np.full(11, 8e-3))
+    chosen, merged, reach = merge_handles(points, np.arange(11), moves, np.full(11, 8e-3))
     assert len(chosen) == 2 and 10 in chosen
     first = int(np.flatnonzero(chosen != 10)[0])
     assert np.allclose(merged[first], moves[:10].mean(axis=0))
     assert np.allclose(merged[1 - first], moves[10])
     assert np.allclose(reach, 8e-3)
+
+
+def lips(n=41):
+    """Two strips of skin over one another, a millimetre apart, joined at their last column.
+
+    Returns vertices (2 * 3 * n, 3) in metres, triangles, and the vertex in the middle of either
+    strip that is nearest to the other.
+    """
+    x, y = np.meshgrid(np.arange(n) * 1e-3, np.arange(3) * 1e-3)
+    lower = np.stack([x.ravel(), -y.ravel() - 5e-4, np.zeros(3 * n)], axis=1)
+    index = np.arange(6 * n).reshape(6, n)  # rows 0..2 lower, 3..5 upper
+    quads = [(row, column) for row in (0, 1, 3, 4) for column in range(n - 1)]
+    triangles = []
+    for row, column in quads:
+        a, b = index[row, column], index[row, column + 1]
+        c, d = index[row + 1, column + 1], index[row + 1, column]
+        triangles += [(a, b, c), (a, c, d)]
+    corner = [
+        (index[0, -2], index[0, -1], index[3, -1]),
+        (index[0, -2], index[3, -1], index[3, -2]),
+    ]
+    vertices = np.concatenate([lower, lower * [1, -1, 1]])
+    return vertices, np.array(triangles + corner), int(index[0, n // 2]), int(index[3, n // 2])
+
+
+def test_on_the_surface_a_lip_does_not_pull_the_other_lip():
+    vertices, triangles, below, above = lips()
+    move = np.array([[0.0, -1e-3, 0.0]])
+    near, _ = proportional_edit(vertices, np.array([below]), move, 0.01)
+    over, weights = proportional_edit(vertices, np.array([below]), move, 0.01, triangles=triangles)
+    assert near[above, 1] < -0.8e-3
+    assert not over[above].any() and weights[above] == 0.0
+    own = slice(0, len(vertices) // 2)
+    assert np.allclose(over[own], near[own])  # flat: over the skin is straight
+    # At the corner of the mouth there is a way round, 20 mm there and 20 mm back.
+    far, _ = proportional_edit(vertices, np.array([below]), move, 0.05, triangles=triangles)
+    assert far[above, 1] == pytest.approx(-1e-3 * (1 - 40 / 50), abs=0.1e-3)
+
+
+def test_handles_of_two_lips_are_not_merged():
+    vertices, triangles, below, above = lips()
+    handles = np.array([below, below + 1, above, above + 1])
+    moves = np.array([[0, -1e-3, 0]] * 2 + [[0, 1e-3, 0]] * 2)
+    vertices = vertices + [0.0, 1e-3, 0.0]  # into one cell
+    together, _, _ = merge_handles(vertices, handles, moves, np.full(4, 0.02))
+    connected, mean, _ = merge_handles(
+        vertices, handles, moves, np.full(4, 0.02), triangles=triangles
+    )
+    assert len(together) == 1
+    assert len(connected) == 2 and sorted(mean[:, 1]) == pytest.approx([-1e-3, 1e-3])
+
+
+def test_opposite_moves_meet_half_way_round_a_ball(ball):
+    """Distance over a sphere is the arc: two poles that move apart leave the equator at rest."""
+    poles = np.array([ball.n_vertices - 2, ball.n_vertices - 1])
+    moves = np.array([[0, 1e-2, 0], [0, -1e-2, 0]])
+    radius = np.linalg.norm(ball.vertices[0])
+    offsets, weights = proportional_edit(
+        ball.vertices, poles, moves, np.pi * radius, triangles=ball.triangles
+    )
+    height = ball.vertices[:, 1] / radius
+    arc = np.arccos(np.abs(height))
+    assert np.allclose(weights, 1 - arc / np.pi, atol=2e-3)
+    assert np.abs(offsets[np.abs(height) < 0.01]).max() < 1e-4
+
+
+def test_bad_input_to_the_proportional_edit_gives_one_sentence():
+    one, move = np.array([0]), np.array([[0.0, 1e-3, 0.0]])
+    with pytest.raises(ValueError, match=r"^The reach of a handle is above 0 m, not -0.01 m\.$"):
+        proportional_edit(line(), one, move, -0.01)
+    with pytest.raises(ValueError, match=r"^The triangles name vertices outside 0 to 100\.$"):
+        proportional_edit(line(), one, move, 0.01, triangles=np.array([[0, 1, 101]]))
+    with pytest.raises(
+        ValueError, match=r"^The triangles have the shape \(t, 3\), not \(1, 4\)\.$"
+    ):
+        proportional_edit(line(), one, move, 0.01, triangles=np.array([[0, 1, 2, 3]]))
