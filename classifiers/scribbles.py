@@ -428,7 +428,8 @@ def features(pen: Pen, rng: Generator) -> None:
     for (part, names), wanted in zip(OUTLINES.items(), drawn, strict=True):
         if wanted:
             closed = part in ("lips", "eye_left", "eye_right")
-            pen.lines(*_curve(pen, names, rng, loose, closed).T, thick)
+            x, y = _curve(pen, names, rng, loose, closed).T
+            pen.lines(x, y, thick)
     if rng.random() < 0.4:
         _nose_sides(pen, rng, thick)
     if rng.random() < 0.3:
@@ -445,9 +446,10 @@ def _nose_sides(pen: Pen, rng: Generator, thick: int) -> None:
         bulge = np.sin(np.pi * t)[:, None] * (wing - tip) * rng.uniform(-0.3, 0.15)
         line = bridge + (wing - bridge) * (t**1.5)[:, None] + bulge * (1, 0)
         line = np.concatenate([line, nostril[None]]) + rng.normal(0, 0.006, (9, 2))
-        pen.lines(*line.T, thick)
+        pen.lines(line[:, 0], line[:, 1], thick)
         if rng.random() < 0.5:
-            pen.lines(*(nostril + rng.normal(0, 0.012, (5, 2))).T, thick + 1)
+            x, y = (nostril + rng.normal(0, 0.012, (5, 2))).T
+            pen.lines(x, y, thick + 1)
 
 
 def _brow_outlines(pen: Pen, rng: Generator) -> None:

@@ -74,11 +74,11 @@ def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDAr
         low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
         if name in place:  # the weights of its own two ends are -x and x, where they are above 0
             column = len(IDENTITY_KEYS) - 2 * (len(FEATURES) - place[name])
-            ends = min(low, 0.0) - min(high, 0.0), max(high, 0.0) - max(low, 0.0)
-            slopes[row, column : column + 2] = np.array(ends) / (high - low)
+            less, more = np.array([[-min(x, 0.0), max(x, 0.0)] for x in (low, high)])
+            slopes[row, column : column + 2] = (more - less) / (high - low)
         else:
-            ends = [target_weights({**identity, name: value}) for value in (low, high)]
-            slopes[row] = (ends[1] - ends[0]) / (high - low)
+            less, more = (target_weights({**identity, name: x}) for x in (low, high))
+            slopes[row] = (more - less) / (high - low)
     return slopes
 
 

@@ -108,7 +108,7 @@ def pull_skin(
     max_move : metres, no vertex moves farther      smoothness : of the snakes, 1 is usual
     """
     head = HEAD * camera.scale[0]
-    reach = tuple(share * head for share in REACH)
+    reach = REACH[0] * head, REACH[1] * head
     stiff = ALPHA * smoothness, BETA * smoothness
     moves, sure = settle(model.lines, model.starts, drawn, reach, *stiff)
     over = skull_triangles(rig)[model.triangle]
