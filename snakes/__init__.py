@@ -3,7 +3,7 @@
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
 from .engraving import DEEPEST, PROFILES, WIDEST, engrave
 from .fit import Fit, fit_offsets, head_box
-from .line_fit import LineFit, fit_lines, unmatched_lines
+from .line_fit import LINE_TWEAKABLES, LineFit, fit_lines, unmatched_lines
 from .lines import Lines, SurfaceLines, centre_lines
 from .shape import HEAD, Evidence
 from .strokes import carvable
@@ -12,6 +12,7 @@ from .tweakables import WORKING_SIZE, Tweakables, describe
 __all__ = [
     "DEEPEST",
     "HEAD",
+    "LINE_TWEAKABLES",
     "PROFILES",
     "WIDEST",
     "WORKING_SIZE",

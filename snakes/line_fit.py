@@ -23,11 +23,14 @@ from .pull import pull_skin
 from .shape import HEAD, Evidence, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables
 
-__all__ = ["LineFit", "fit_lines", "unmatched_lines"]
+__all__ = ["LINE_TWEAKABLES", "LineFit", "fit_lines", "unmatched_lines"]
+
+LINE_TWEAKABLES = ("smoothness", "max_delta", "soft_select_distance", "mirror")
+"""Those of the thesis' table that count here too; the others are of its own way alone."""
 
 ANSWERS = 0.02
 """A line of the face answers one of the drawing that lies so near, as a share of the head."""
-SHORTEST = 0.05
+SHORTEST = 0.035
 """A stretch without an answer is reported from this length on, as a share of the head."""
 BRIDGED = 0.02
 """Of a stretch without an answer, what may have one by chance, as a share of the head."""
@@ -64,8 +67,7 @@ def fit_lines(
 
     parameters, camera : as detected and aligned      evidence : what else is known of the drawing
     draw : the lines of a posed face that a drawing mostly shows
-    tweakables : Max Delta, Smoothness, Soft Select Distance and Mirror count; the rest is of the
-    thesis' own way
+    tweakables : LINE_TWEAKABLES of them count
 
     Raises ValueError when the drawing and the camera differ in size or the face is out of sight.
     """

@@ -88,7 +88,7 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
 
 
 class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
-    """Set every tweakable back to the value of the thesis"""
+    """Set everything in this panel back to its default, the tweakables to those of the thesis"""
 
     bl_idname = "sketch_to_face.default_tweakables"
     bl_label = "Defaults"
@@ -96,9 +96,11 @@ class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
 
     def execute(self, context):
         """Unset the properties."""
-        group = context.scene.sketch_to_face.tweakables
+        settings = context.scene.sketch_to_face
         for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
-            group.property_unset(name)
+            settings.tweakables.property_unset(name)
+        for name in properties.FIT_SETTINGS:
+            settings.property_unset(name)
         return {"FINISHED"}
 
 

@@ -6,6 +6,7 @@ import bpy
 import bpy.utils.previews
 
 from facs_rig import CONTROLS
+from snakes import LINE_TWEAKABLES
 
 from . import faces, operators, properties
 
@@ -76,10 +77,17 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         if settings.place_head:
             for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
                 column.prop(settings, "head_box", index=index, text=side)
+        column.prop(settings, "method")
         column.separator()
         group = settings.tweakables
         for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
-            column.prop(group, name)
+            if settings.method == "thesis" or name in LINE_TWEAKABLES:
+                column.prop(group, name)
+        column.separator()
+        column.prop(settings, "strokes", text="Strokes")
+        if settings.strokes != "ignore":
+            for name in ("stroke_profile", "stroke_depth", "stroke_width"):
+                column.prop(settings, name)
         layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 

@@ -18,7 +18,7 @@ from bpy.props import (
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
 from facs_rig.blender_keys import FITTED
 from facs_rig.blender_pose import identity_of, set_identity
-from snakes import Tweakables
+from snakes import DEEPEST, WIDEST, Tweakables
 
 _LIMITS = {"minimum": "min", "maximum": "max"}
 
@@ -63,15 +63,9 @@ SKETCHTOFACE_PG_tweakables = type(
 
 
 def tweakables(group) -> Tweakables:
-    """The core's Tweakables of a property group.
-
-    Blender keeps 32-bit floats; six digits are what the artist sees and all that they hold.
-    """
-    values = {}
-    for field in dataclasses.fields(Tweakables):
-        value = getattr(group, field.name)
-        values[field.name] = float(f"{value:.6g}") if isinstance(value, float) else value
-    return Tweakables(**values)
+    """The core's Tweakables of a property group."""
+    names = (field.name for field in dataclasses.fields(Tweakables))
+    return Tweakables(**{name: _six_digits(getattr(group, name)) for name in names})
 
 
 def _identity_property(feature):
@@ -127,7 +121,46 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             size=4,
             min=0,
         ),
+        "method": EnumProperty(
+            name="Method",
+            description="How the face is brought to the drawing",
+            items=[
+                ("lines", "By Lines", "Person and expression first, then its lines onto the drawn"),
+                ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
+            ],
+        ),
         "tweakables": PointerProperty(type=SKETCHTOFACE_PG_tweakables),
+        "strokes": EnumProperty(
+            name="Strokes Without a Place",
+            description="What becomes of drawn lines that the face does not have, such as scars",
+            items=[
+                ("ignore", "Ignore", "Leave them out"),
+                ("engrave", "Engrave", "Carve them into the skin"),
+                ("emboss", "Emboss", "Raise them from the skin"),
+            ],
+        ),
+        "stroke_profile": EnumProperty(
+            name="Profile",
+            description="The cut across a carved stroke",
+            items=[
+                ("crease", "Crease", "A groove between low rims"),
+                ("scar", "Scar", "A groove between high rims"),
+            ],
+        ),
+        "stroke_depth": FloatProperty(
+            name="Depth",
+            description="How deep a stroke is carved, or how high it is raised (in mm)",
+            default=1.2,
+            min=0.1,
+            max=1000 * DEEPEST,
+        ),
+        "stroke_width": FloatProperty(
+            name="Width",
+            description="How wide a carved stroke is; wider where the mesh is coarse (in mm)",
+            default=4.0,
+            min=0.5,
+            max=1000 * WIDEST,
+        ),
         "one_sided": BoolProperty(
             name="One-Sided",
             description="Show the sliders of the face's right and left under those of both",
@@ -135,12 +168,24 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
     }
 
 
+FIT_SETTINGS = ("method", "strokes", "stroke_profile", "stroke_depth", "stroke_width")
+
+
 def fit_options(settings):
     """The pipeline's options as the scene's settings have them."""
     from addon import pipeline  # late: Blender starts faster without what only a fit needs
 
     box = ",".join(map(str, settings.head_box)) if settings.place_head else None
-    return pipeline.FitOptions(tweakables=tweakables(settings.tweakables), align=box)
+    return pipeline.FitOptions(
+        tweakables=tweakables(settings.tweakables),
+        align=box,
+        **{name: _six_digits(getattr(settings, name)) for name in FIT_SETTINGS},
+    )
+
+
+def _six_digits(value):
+    """Blender keeps 32-bit floats; six digits are what the artist sees and all that they hold."""
+    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):

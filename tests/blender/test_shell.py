@@ -92,6 +92,22 @@ def test_changed_tweakables_reach_the_core_and_defaults_come_back(shell):
     assert properties.tweakables(group) == Tweakables()
 
 
+def test_method_and_strokes_reach_the_core_and_defaults_come_back(shell):
+    from addon import pipeline
+    from addon.blender import properties
+
+    settings = bpy.context.scene.sketch_to_face
+    assert properties.fit_options(settings) == pipeline.FitOptions()
+    settings.method, settings.strokes, settings.stroke_profile = "thesis", "emboss", "scar"
+    settings.stroke_depth, settings.stroke_width = 0.7, 6.5
+    wanted = pipeline.FitOptions(
+        method="thesis", strokes="emboss", stroke_profile="scar", stroke_depth=0.7, stroke_width=6.5
+    )
+    assert properties.fit_options(settings) == wanted
+    bpy.ops.sketch_to_face.default_tweakables()
+    assert properties.fit_options(settings) == pipeline.FitOptions()
+
+
 def test_button_builds_the_face_of_the_pipeline(shell, sketch, rig, evaluated):
     from addon import pipeline
 
