@@ -15,11 +15,16 @@ import numpy as np
 from carved_pictures import carved_faces
 from data_pictures import histograms, page_of_drawings
 from data_pictures import ways as drawn_ways
+from fit_pictures import (
+    generated_examples,
+    living_faces,
+    shipped_examples,
+    steps_of_both_methods,
+)
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
 from sphere_picture import sphere_example
 
-from addon import pipeline
 from addon.sheet import (
     KINDS,
     LAYERS,
@@ -33,7 +38,7 @@ from addon.sheet import (
     paletted,
     whole_head,
 )
-from dataset_gen import Style, draw_strokes, ink
+from dataset_gen import draw_strokes, ink
 from facs_rig import (
     CONTROL_NAMES,
     CONTROLS,
@@ -46,10 +51,8 @@ from facs_rig import (
 )
 from facs_rig.expressions import random_expression
 from facs_rig.identity import FEATURES
-from snakes import head_box
 
 IMAGES = Path(__file__).parent / "images"
-SKETCHES = Path(pipeline.__file__).parent / "sketches"
 Picture = NDArray[np.uint8]
 
 
@@ -342,51 +345,22 @@ def dataset_statistics() -> None:
 
 def examples() -> None:
     """What the program makes of the sketches that ship with it."""
-    pictures = []
-    for path in sorted(SKETCHES.glob("*.png"), reverse=True):
-        pictures.append(pipeline.preview(pipeline.fit(path)))
-    width = max(p.shape[1] for p in pictures)
-    pad = [np.pad(p, ((0, 8), (0, width - p.shape[1]), (0, 0)), constant_values=255)
-           for p in pictures]  # fmt: skip
-    save("examples.png", np.concatenate(pad))
+    save("examples.png", shipped_examples())
+
+
+def fits() -> None:
+    """What it makes of generated drawings."""
+    save("fits.png", generated_examples())
+
+
+def alive() -> None:
+    """Fitted faces in other expressions."""
+    save("alive.png", living_faces())
 
 
 def stages() -> None:
-    """The way of one sketch: contours, where the snakes pull them, the fitted lines."""
-    from snakes import fit_offsets
-
-    face = pipeline.fit(SKETCHES / "angry_man.png")
-    result = fit_offsets(face.drawing.image, face.rig, face.parameters, face.camera)
-    left, top, right, bottom = head_box(face.rig.pose(face.parameters), face.camera)
-    height = 420
-    width = round(height * (right - left) / (bottom - top))
-    camera = face.camera.cropped(left, top, right, bottom, width, height)
-
-    def lines(colours: list[tuple[list[NDArray], str]], ground: NDArray) -> NDArray:
-        page = Image.fromarray(ground).resize((width * 2, height * 2)).convert("RGB")
-        draw = ImageDraw.Draw(page)
-        zoom = 2 * np.array([width / (right - left), height / (bottom - top)])
-        for paths, colour in colours:
-            for path in paths:
-                points = (path - [left, top]) * zoom
-                draw.line([tuple(p) for p in points], fill=colour, width=3)
-        return np.asarray(page.resize((width, height), Image.Resampling.LANCZOS))
-
-    render = (255 * np.clip(result.render, 0, 1)).astype(np.uint8)
-    paper = np.full((height, width), 255, np.uint8)
-    fitted = ink(draw_strokes(face.rig, face.vertices, camera, 1), width, height, Style(width=1.8))
-    save(
-        "stages.png",
-        sheet(
-            [
-                captioned(lines([(result.contours, "black")], paper), "contours of the sketch"),
-                captioned(lines([(result.contours, "#2060c0")], render), "on the expression"),
-                captioned(lines([(result.snakes, "#c02020")], render), "snakes at rest"),
-                captioned(coloured(fitted), "the fitted face, drawn"),
-            ],
-            4,
-        ),
-    )
+    """The way of one sketch, by both methods."""
+    save("stages.png", steps_of_both_methods())
 
 
 def engraved() -> None:
@@ -402,7 +376,7 @@ def sphere() -> None:
 FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
         extremes, turned)  # fmt: skip
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways, dataset_statistics,
-                                     examples, stages, sphere, engraved)}  # fmt: skip
+                                     examples, fits, alive, stages, sphere, engraved)}  # fmt: skip
 
 
 def main() -> None:
