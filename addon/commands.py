@@ -43,6 +43,14 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the head is in the sketch, in pixels (default: found by itself)",
     )
     parser.add_argument(
+        "--pin",
+        metavar="NAME=U,V",
+        action="append",
+        default=[],
+        help="where a landmark is in the sketch, in pixels, such as mouth_corner_left=312,402, if "
+        "it was found at another place (several times for several; `detect --json` names them all)",
+    )
+    parser.add_argument(
         "--method",
         choices=("lines", "thesis"),
         default="lines",
@@ -135,6 +143,7 @@ def fit(options: argparse.Namespace) -> int:
         pipeline.FitOptions,
         tweakables=tweakables,
         align=options.align,
+        pins=dict(map(_pin, options.pin)),
         method=options.method,
         strokes=options.unmatched,
         stroke_depth=options.stroke_depth,
@@ -158,6 +167,16 @@ def fit(options: argparse.Namespace) -> int:
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
     return 0
+
+
+def _pin(text: str) -> tuple[str, tuple[float, float]]:
+    """NAME=U,V as a name and a place; UsageError if it is not."""
+    name, _, place = text.partition("=")
+    try:
+        u, v = (float(part) for part in place.split(","))
+    except ValueError:
+        raise UsageError(f"A pin is NAME=U,V, a landmark and its pixel, not '{text}'.") from None
+    return name, (u, v)
 
 
 def _tell_fit(report: dict[str, Any], written: Sequence[Any]) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,8 @@ from classifiers import Detection, load_detector
 from classifiers.detector import ANGLES, CLOSE
 from classifiers.labels import FULL
 from classifiers.preprocess import Crop
-from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.parameters import nearest
 from snakes import (
     DEEPEST,
     HEAD,
@@ -64,6 +65,7 @@ class FitOptions:
 
     tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
     pixels of the sketch, instead of the landmarks that the detector finds
+    pins : landmark -> (u, v) pixels of the sketch where it is, instead of where it was found
     method : 'lines' brings the face's lines to the drawing's; 'thesis' lets the drawing's contours
     slide over the shaded face, with all the tweakables of its table (chapter 3)
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
@@ -74,6 +76,7 @@ class FitOptions:
 
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
+    pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     method: str = "lines"
     strokes: str = "ignore"
     stroke_depth: float = 1.2
@@ -94,6 +97,11 @@ class FitOptions:
         ):
             if not 0 < length <= most:
                 raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
+        for name, place in self.pins.items():
+            if name not in LANDMARKS:
+                raise ValueError(f"There is no landmark '{name}'{nearest(name, LANDMARKS)}.")
+            if len(place) != 2 or not all(map(math.isfinite, place)):
+                raise ValueError(f"The pin of {name} is a place u,v in pixels, not {place}.")
 
 
 @dataclass(frozen=True)
@@ -161,12 +169,15 @@ def fit(
         before = _contours(rig, rig.pose(parameters), camera)
     else:
         sure = detection.face_probability >= LEAST_FACE
+        evidence = _evidence(detection) if sure else Evidence({}, {})
         found = fit_lines(
             drawing.image,
             rig,
             expression,
             camera,
-            _evidence(detection) if sure else Evidence({}, {}),
+            replace(
+                _evidence(detection) if sure else Evidence({}, {}), pins=_pins(drawing, options)
+            ),
             partial(_contours, rig),
             options.tweakables,
         )
@@ -266,7 +277,8 @@ def _align(
     parameters: FaceParameters,
 ) -> Camera:
     if options.align is None:
-        return align(drawing.image, rig, parameters, detection.landmarks)
+        landmarks = {**detection.landmarks, **_pins(drawing, options)}
+        return align(drawing.image, rig, parameters, landmarks)
     return align(drawing.image, rig, parameters, box=_box(drawing, options.align))
 
 
@@ -291,6 +303,12 @@ def _evidence(detection: Detection) -> Evidence:
         for name, near in detection.confidences.items()
     }
     return Evidence(detection.landmarks, spreads)
+
+
+def _pins(drawing: Drawing, options: FitOptions) -> dict[str, tuple[float, float]]:
+    """The pins in pixels of `drawing.image`."""
+    su, sv = drawing.scale
+    return {name: (u / su, v / sv) for name, (u, v) in options.pins.items()}
 
 
 def _name(drawing: Drawing) -> str:

@@ -87,7 +87,7 @@ def fit_lines(
     length = settings.soft_select_distance / 100
     model = draw(rig.pose(parameters), camera)
     offsets = pull_skin(
-        drawn, model, rig, parameters, camera, length, max_move, settings.smoothness
+        drawn, model, rig, parameters, camera, length, max_move, settings.smoothness, evidence.pins
     )
     if settings.mirror:
         offsets = symmetrise(offsets, rig.mirror)

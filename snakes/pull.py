@@ -9,11 +9,14 @@ which is stable at every step, and banded, so that all snakes take a step in a m
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
+from scipy.sparse import csr_matrix
 
-from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 from facs_rig.identity import target_weights
 from facs_rig.rotation import rotation
 
@@ -36,6 +39,8 @@ APART = 0.012
 """Of the points on a line those are asked that lie so far apart, as a share of the head."""
 SIZE, ERROR = 0.004, 0.003
 """Metres: how large a movement of the skin is, and how far off what a line says."""
+PIN_ERROR = 0.0002
+"""Metres that a pinned landmark may be off."""
 OPEN = {"jaw_open": 5.0}
 """Distance over the skin is that of a face with its mouth open: lips do not pull each other."""
 
@@ -101,11 +106,13 @@ def pull_skin(
     length: float,
     max_move: float,
     smoothness: float = 1.0,
+    pins: Mapping[str, tuple[float, float]] | None = None,
 ) -> NDArray[np.float64]:
     """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
 
     model : the posed face's lines      length : metres over which a movement of the skin dies away
     max_move : metres, no vertex moves farther      smoothness : of the snakes, 1 is usual
+    pins : landmark -> (u, v) pixels where it has to be
     """
     head = HEAD * camera.scale[0]
     reach = REACH[0] * head, REACH[1] * head
@@ -116,23 +123,28 @@ def pull_skin(
         sure[over] = 0.0
     asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))
     asked = asked[_thinned(model.lines.points[asked], APART * head)]
-    if not len(asked):
+    pins = pins or {}
+    if not len(asked) and not pins:
         return np.zeros((rig.n_vertices, 3))
     matrix = rig.linear_parts[0]
     opened = {**parameters.aus, **OPEN}
     spread = _cage_of(rig, FaceParameters(opened, parameters.identity))
     corners = rig.triangles[model.triangle[asked]]
-    rows = _mixed(matrix, corners, model.weights[asked])
+    pinned = rig.landmarks[[LANDMARKS.index(name) for name in pins]]
+    off = np.array(list(pins.values())).reshape(-1, 2)
+    off = off - camera.project(rig.pose(parameters)[pinned])
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
+    # Pixels run down, metres up. A pin is known in both directions, a line across itself alone.
     field = smooth_field(
-        rows @ spread,
-        normal * (1, -1),  # pixels run down, metres up
-        moves[asked] / camera.scale[0],
-        ERROR / np.sqrt(sure[asked]),
+        np.concatenate([_mixed(matrix, corners, model.weights[asked]) @ spread,
+                        *[matrix[pinned] @ spread] * 2]),
+        np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)]) * (1, -1),
+        np.concatenate([moves[asked], *off.T]) / camera.scale[0],
+        np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR)]),
         spread,
         length,
         SIZE,
-    )
+    )  # fmt: skip
     flat = np.concatenate([field, np.zeros((len(field), 1))], axis=1)
     offsets = matrix @ (flat @ rotation(parameters.head))
     shape = rig.shape(parameters)
@@ -152,7 +164,7 @@ def _cage_of(rig: FaceRig, parameters: FaceParameters) -> NDArray[np.float64]:
 
 def _mixed(matrix, corners: NDArray, weights: NDArray):
     """Rows of the refinement (k, m) of points given by triangles' corners and weights (k, 3)."""
-    return sum(matrix[corners[:, c]].multiply(weights[:, c : c + 1]) for c in range(3)).tocsr()
+    return csr_matrix(sum(matrix[corners[:, c]].multiply(weights[:, c : c + 1]) for c in range(3)))
 
 
 def _thinned(points: NDArray, apart: float) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ the first step on, and what is known of faces holds the parameters near plain on
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -33,10 +33,12 @@ class Evidence:
     """What is known of a drawn face beside its lines.
 
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
+    pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
     """
 
     landmarks: Mapping[str, tuple[float, float]]
     spreads: Mapping[str, float]
+    pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 HEAD = 0.24
@@ -51,6 +53,8 @@ INDEPENDENT = 300.0
 """So many pairs would know as much as all of them do, which are not independent."""
 LEAST_SPREAD = 0.008
 """Of a landmark, as a share of the head."""
+PINNED = 0.002
+"""How far off a pin may be, as a share of the head."""
 LANDMARKS_KNOW = 45.0
 """So many independent landmarks know as much as all."""
 SPREAD = {"gender": 0.35, "age": 0.3, "weight": 0.4, "african": 0.3, "asian": 0.3, "caucasian": 0.3}
@@ -89,10 +93,12 @@ def fit_shape(
     """
     guess = _Guess.of(parameters, camera)
     values = guess.start(parameters)
-    marks = [name for name in evidence.landmarks if name in LANDMARKS]
+    known = {**evidence.landmarks, **evidence.pins}
+    marks = [name for name in known if name in LANDMARKS]
     rows = rig.landmarks[[LANDMARKS.index(name) for name in marks]]
     fixed = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
-    places = np.array([evidence.landmarks[name] for name in marks]).reshape(-1, 2)
+    places = np.array([known[name] for name in marks]).reshape(-1, 2)
+    pinned = np.array([name in evidence.pins for name in marks], dtype=bool)
     spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
     skull, hairy = skull_triangles(rig), None
     for reach in (0.0, *steps):
@@ -105,6 +111,7 @@ def fit_shape(
         off = (places - here) / head
         far = np.linalg.norm(off, axis=1) * sure
         weight = weight / np.sqrt(1 + (far / 3) ** 2)  # Cauchy: some lie on the wrong feature
+        weight = np.where(pinned, 1 / PINNED, weight)
         for axis in range(2):
             system.add(jacobian[:, :, axis].T / head, off[:, axis], weight)
         if reach and len(drawn.points):

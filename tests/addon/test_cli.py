@@ -482,6 +482,23 @@ def test_strokes_without_a_place_are_carved_when_asked(capsys, folder):
     assert faces["ignore"][1] == faces["engrave"][1] == faces["emboss"][1]
 
 
+@pytest.mark.parametrize(
+    ("pin", "told"),
+    [
+        ("nose_tip", "NAME=U,V"),
+        ("nose_tip=3", "NAME=U,V"),
+        ("nose_tip=a,b", "NAME=U,V"),
+        ("nose=3,4", "no landmark 'nose'"),
+        ("nose_tip=inf,4", "place u,v in pixels"),
+    ],
+)
+def test_a_pin_that_is_none_is_refused_in_a_sentence(capsys, folder, pin, told):
+    assert cli.main(["fit", str(SKETCH), "--pin", pin]) == 2
+    said = capsys.readouterr().err
+    assert told in said and said.count("\n") == 1
+    assert list(folder.iterdir()) == []
+
+
 def test_the_projection_takes_the_written_file_into_the_sketch(capsys, folder):
     import trimesh
 

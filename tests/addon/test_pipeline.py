@@ -253,3 +253,20 @@ def test_the_preview_shows_four_panels(fits):
     blue = (overlay[:, :, 2] - overlay[:, :, 0]) > 80  # what has no place: her hair
     assert red.any() and blue.any()
     assert blue[: h // 3].sum() > blue[h // 3 : 2 * h // 3, w // 10 : 3 * w // 20].sum()
+
+
+def test_pins_override_where_a_landmark_was_found():
+    picture, camera, posed = drawn(FaceParameters({"smile": 2.0}))
+    plain = fit(picture)
+    place = plain.detection.landmarks["nose_tip"]
+    pin = place[0] + 7, place[1] - 5
+    pinned = fit(picture, FitOptions(pins={"nose_tip": pin}))
+    from facs_rig import LANDMARKS
+
+    at = pinned.rig.landmarks[LANDMARKS.index("nose_tip")]
+    there = pinned.camera.project(pinned.vertices[at][None])[0]
+    np.testing.assert_allclose(there, pin, atol=1.5)
+    with pytest.raises(ValueError, match="did you mean 'nose_tip'"):
+        FitOptions(pins={"nose_tp": (1.0, 2.0)})
+    with pytest.raises(ValueError, match="place u,v in pixels"):
+        FitOptions(pins={"nose_tip": (1.0, float("nan"))})

@@ -182,3 +182,22 @@ def test_folds_are_averaged_away_and_all_else_stays(rng):
     far = np.linalg.norm(shape - shape[nose], axis=1) > 0.03
     np.testing.assert_array_equal(mended[far], even[far])
     assert np.abs(mended).max() > 1e-3
+
+
+def test_a_pinned_landmark_goes_to_its_pin_and_its_surroundings_follow(scene_of_a_face):
+    rig, parameters, camera, model, drawn = scene_of_a_face
+    name = "mouth_corner_left"
+    at = rig.landmarks[LANDMARKS.index(name)]
+    here = camera.project(rig.pose(parameters)[at][None])[0]
+    pin = {name: (here[0] + 6, here[1] - 4)}
+    offsets = pull_skin(model.lines, model, rig, parameters, camera, 0.012, 0.03, pins=pin)
+    moved = camera.project(rig.pose(parameters, offsets)[at][None])[0]
+    np.testing.assert_allclose(moved, pin[name], atol=0.6)
+    nose = rig.landmarks[LANDMARKS.index("nose_root")]
+    assert np.linalg.norm(offsets[nose]) < 5e-4
+    alone = pull_skin(NOTHING, model, rig, parameters, camera, 0.012, 0.03, pins=pin)
+    moved = camera.project(rig.pose(parameters, alone)[at][None])[0]
+    np.testing.assert_allclose(moved, pin[name], atol=0.6)
+
+
+NOTHING = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
