@@ -175,9 +175,7 @@ def fit(
             rig,
             expression,
             camera,
-            replace(
-                _evidence(detection) if sure else Evidence({}, {}), pins=_pins(drawing, options)
-            ),
+            replace(evidence, pins=_pins(drawing, options)),
             partial(_contours, rig),
             options.tweakables,
         )
