@@ -23,7 +23,7 @@ from facs_rig.rotation import rotation
 from .field import smooth_field
 from .lines import Lines, SurfaceLines, nearest_lines
 from .parts import carry_parts, keep_lids_on_eyes
-from .shape import HEAD, hair_over_skull, skull_triangles
+from .shape import HEAD, skull_triangles, under_hair
 
 __all__ = ["pull_skin", "settle"]
 
@@ -119,8 +119,7 @@ def pull_skin(
     stiff = ALPHA * smoothness, BETA * smoothness
     moves, sure = settle(model.lines, model.starts, drawn, reach, *stiff)
     over = skull_triangles(rig)[model.triangle]
-    if hair_over_skull(drawn, model.lines, over, head):
-        sure[over] = 0.0
+    sure[under_hair(drawn, model.lines.points, over, head)] = 0.0
     asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))
     asked = asked[_thinned(model.lines.points[asked], APART * head)]
     pins = pins or {}

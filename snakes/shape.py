@@ -25,7 +25,7 @@ from facs_rig.rotation import rotation
 
 from .lines import Draw, Lines, nearest_lines, spacing
 
-__all__ = ["HEAD", "Evidence", "fit_shape", "hair_over_skull", "skull_triangles"]
+__all__ = ["HEAD", "Evidence", "fit_shape", "skull_triangles", "under_hair"]
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
 """Lines over the skull know so much less than others where there is hair, that hides its end."""
-ALONG, CROWD = 0.1, 1.5
-"""Lines so near the skull's (of the head), and so many times as long as these, are hair."""
+AROUND, CROWD = 0.06, 1.4
+"""Within this share of the head one line is as long as across; so many times that are hair."""
 
 
 def fit_shape(
@@ -100,7 +100,7 @@ def fit_shape(
     places = np.array([known[name] for name in marks]).reshape(-1, 2)
     pinned = np.array([name in evidence.pins for name in marks], dtype=bool)
     spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
-    skull, hairy = skull_triangles(rig), None
+    skull = skull_triangles(rig)
     for reach in (0.0, *steps):
         parameters, camera = guess.face(values, parameters, camera)
         head = HEAD * camera.scale[0]
@@ -127,11 +127,9 @@ def fit_shape(
                 across = np.einsum("pkd,kd->kp", jacobian, normal) / head
                 share = np.clip(1 - (away[some] / (1.5 * reach * head)) ** 2, 0, 1)  # Tukey
                 sure = share / (PAIR + 0.3 * reach) * np.sqrt(INDEPENDENT / len(pair))
-                over = skull[model.triangle]
-                if hairy is None:
-                    hairy = hair_over_skull(drawn, model.lines, over, head)
-                if hairy:
-                    sure = sure * np.where(over[some], HAIRY, 1.0)
+                over = skull[model.triangle[some]]
+                hair = under_hair(drawn, model.lines.points[some], over, head)
+                sure = sure * np.where(hair, HAIRY, 1.0)
                 system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
         values = system.solve()
     return guess.face(values, parameters, camera)
@@ -270,24 +268,26 @@ def _target_weights(parameters: FaceParameters) -> NDArray[np.float32]:
     return target_weights(parameters.identity).astype(np.float32)
 
 
-def hair_over_skull(drawn: Lines, model: Lines, over: NDArray[np.bool_], head: float) -> bool:
-    """Whether the drawing has more lines than one along those of a face's skull.
+def under_hair(
+    drawn: Lines, points: NDArray[np.floating], over: NDArray[np.bool_], head: float
+) -> NDArray[np.bool_]:
+    """Which points (k, 2) of a face's lines lie over the skull and among more than one drawn line.
 
-    over : (k,) bool, the points of the model's lines that lie over the skull
-    head : pixels from chin to crown
+    over : (k,) bool, those over the skull;  head : pixels from chin to crown
     """
-    if not over.any():
-        return False
-    away, nearest = cKDTree(model.points).query(drawn.points, distance_upper_bound=ALONG * head)
-    there = np.append(over, False)[nearest]
-    return spacing(drawn.points) * there.sum() > CROWD * spacing(model.points) * over.sum()
+    found = np.zeros(len(points), dtype=bool)
+    if over.any() and len(drawn.points):
+        reach = AROUND * head
+        count = cKDTree(drawn.points).query_ball_point(points[over], reach, return_length=True)
+        found[over] = count * spacing(drawn.points) > CROWD * 2 * reach  # one line is as long
+    return found
 
 
 @lru_cache(maxsize=2)
 def skull_triangles(rig: FaceRig) -> NDArray[np.bool_]:
-    """(t,) which triangles lie above the forehead or behind the temples and the ears."""
+    """(t,) which triangles lie above the forehead, or behind the temples and above the ears."""
     middle = rig.neutral()[rig.triangles].mean(axis=1)
     marks = dict(zip(LANDMARKS, rig.neutral()[rig.landmarks], strict=True))
     above = middle[:, 1] > marks["temple_left"][1]
-    behind = (middle[:, 2] < marks["temple_left"][2]) & (middle[:, 1] > marks["jawline_2_left"][1])
+    behind = (middle[:, 2] < marks["temple_left"][2]) & (middle[:, 1] > marks["eye_outer_left"][1])
     return above | behind

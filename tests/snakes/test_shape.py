@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 from addon.measure import face_lines
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from snakes.lines import Lines
-from snakes.shape import Evidence, fit_shape, hair_over_skull, skull_triangles
+from snakes.shape import Evidence, fit_shape, skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(
@@ -112,13 +110,19 @@ def test_without_anything_the_face_stays_what_is_likely(drawn):
 def test_hair_is_more_than_one_line_over_the_skull(drawn):
     rig = load_rig()
     model = contours(drawn[0], drawn[1])
-    over = skull_triangles(rig)[model.triangle]
+    points, over = model.lines.points, skull_triangles(rig)[model.triangle]
     head = 0.24 * drawn[1].scale[0]
-    check = partial(hair_over_skull, model=model.lines, over=over, head=head)
     assert 0.1 < over.mean() < 0.6
-    assert not check(drawn[2])
+    plain = under_hair(drawn[2], points, over, head)
+    assert plain.sum() < 0.15 * over.sum()  # where the ears begin there are other lines
     strands = [drawn[2].points + (0, -k) for k in range(0, 9, 3)]
     wisps = Lines(np.concatenate(strands), np.tile(drawn[2].along, (3, 1)))
-    assert check(wisps)
-    assert not check(NONE)
-    assert not hair_over_skull(wisps, model.lines, np.zeros(len(over), bool), head)
+    assert under_hair(wisps, points, over, head).sum() > 0.9 * over.sum()
+    left = points[:, 0] < 200
+    beside = Lines(wisps.points[wisps.points[:, 0] < 200], wisps.along[wisps.points[:, 0] < 200])
+    half = Lines(*(np.concatenate([getattr(a, n) for a in (drawn[2], beside)])
+                   for n in ("points", "along")))  # fmt: skip
+    found = under_hair(half, points, over, head)
+    assert found[left & over].mean() > 0.8 and found[~left & over].mean() < 0.3
+    assert not under_hair(NONE, points, over, head).any()
+    assert not under_hair(wisps, points, np.zeros(len(over), bool), head).any()
