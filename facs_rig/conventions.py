@@ -88,11 +88,12 @@ def _in_arkit(blendshape: str) -> dict[str, float]:
 def _arkit() -> dict[str, dict[str, float]]:
     sums: dict[str, dict[str, float]] = {}
     for control in CONTROLS:
+        if min(weight for _, weight in control.mix) < 0:
+            continue  # sucked cheeks are puffed ones backwards, which no key from 0 to 1 can say
         for blendshape, weight in control.mix:
             for key, share in _in_arkit(blendshape).items():
-                if weight > 0:
-                    weights = sums.setdefault(key, {})
-                    weights[control.name] = round(weights.get(control.name, 0) + weight * share, 3)
+                weights = sums.setdefault(key, {})
+                weights[control.name] = round(weights.get(control.name, 0) + weight * share, 3)
     return {key: sums[key] for key in ARKIT_NAMES if key in sums}
 
 

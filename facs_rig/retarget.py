@@ -86,7 +86,7 @@ def unshown(
     aus: Mapping[str, float], convention: Convention, found: Collection[str]
 ) -> tuple[str, ...]:
     """The active controls of an expression that none of the keys `found` shows anything of."""
-    shown = {name for key in found for name in convention.keys[key]}
+    shown = {name for key in found for name in convention.keys.get(key, ())}
     return tuple(name for name in CONTROL_NAMES if aus.get(name, 0) > 0 and name not in shown)
 
 
