@@ -21,8 +21,8 @@ class SKETCHTOFACE_PT_retarget(Tab, bpy.types.Panel):
         column.label(text="Apply to Selected")
         row = column.row(align=True)
         apply = SKETCHTOFACE_OT_apply_expression.bl_idname
-        row.operator(apply, text="From Face", icon="USER").source = "FACE"
-        row.operator(apply, text="From Sketch", icon="IMAGE_DATA").source = "SKETCH"
+        row.operator(apply, text="From Face").source = "FACE"
+        row.operator(apply, text="From Sketch").source = "SKETCH"
         column = self.layout.column()
         column.prop(settings, "storyboard", text="")
         column.prop(settings, "storyboard_every")
