@@ -140,16 +140,7 @@ def fit(
     drawing = _read(sketch)
     clock.done("read")
 
-    head = None
-    if options.align is not None:
-        left, top, right, bottom = _box(drawing, options.align)
-        head = Crop(left, top, right - left, bottom - top)
-    detection = load_detector().detect(drawing.image, head)
-    if detection.face_probability < LEAST_FACE and options.align is None:
-        raise SketchError(
-            f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
-            "from the front or in three-quarter view, or say where in the picture the head is."
-        )
+    detection = _detect(drawing, options.align)
     expression = FaceParameters(aus=detection.expression(), head=detection.head)
     clock.done("detect")
 
@@ -216,6 +207,17 @@ def fit(
     )
 
 
+def read_expression(
+    sketch: str | Path | Drawing | NDArray, align: str | None = None
+) -> FaceParameters:
+    """What the face in a sketch does, expression and head, without building it.
+
+    sketch, align : as for `fit`, which also raises the same errors
+    """
+    detection = _detect(_read(sketch), align)
+    return FaceParameters(aus=detection.expression(), head=detection.head)
+
+
 def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     """The contract's report; `projection` goes with the file written to `path` (default .glb)."""
     to_input = np.diag([*face.drawing.scale, 1.0])
@@ -265,6 +267,20 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
     if isinstance(sketch, np.ndarray):
         return Drawing.of(sketch)
     return load_drawing(sketch)
+
+
+def _detect(drawing: Drawing, align: str | None) -> Detection:
+    head = None
+    if align is not None:
+        left, top, right, bottom = _box(drawing, align)
+        head = Crop(left, top, right - left, bottom - top)
+    detection = load_detector().detect(drawing.image, head)
+    if detection.face_probability < LEAST_FACE and align is None:
+        raise SketchError(
+            f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
+            "from the front or in three-quarter view, or say where in the picture the head is."
+        )
+    return detection
 
 
 def _align(

@@ -26,8 +26,10 @@ from dataset_gen.sampling import SCHEMES, Sample, sample_face, sample_rng
 from dataset_gen.style import HAIR, LAYER_ODDS, LOOKS, PAPERS, Style
 from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
+from facs_rig.conventions import CONVENTIONS
 from facs_rig.identity import ETHNICITIES, FEATURES
 from facs_rig.parameters import ANGLES, intensities
+from facs_rig.retarget import retarget, unshown
 
 DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
@@ -75,6 +77,50 @@ def identity() -> str:
         for f in (f for f in IDENTITY if f.low.split("/")[0] == folder):
             limits = f"{f.minimum:g} | {f.maximum:g} | {f.default:.3g}"
             out.append(f"| `{f.name}` | {title}: {f.label} | {limits} |")
+    return "\n".join(out)
+
+
+def one_for_both(keys: Iterable[str]) -> dict[str, str]:
+    """Key of a convention -> its name without the side, where both sides have it."""
+    keys = set(keys)
+    out = {}
+    for key in keys:
+        stem = re.sub(r"_?(Left|Right|L|R)$", "", key)
+        pairs = ((f"{stem}{a}", f"{stem}{b}") for a, b in (("Left", "Right"), ("L", "R")))
+        out[key] = stem if any(keys.issuperset(pair) for pair in pairs) else key
+    return out
+
+
+def conventions() -> str:
+    """How much of the face each convention of other rigs has words for."""
+    out = [
+        "| convention | keys that are set | of our 47 controls | no key for |",
+        "|---|---|---|---|",
+    ]
+    for c in CONVENTIONS.values():
+        lost = unshown({name: 1.0 for name in CONTROL_NAMES}, c, c.keys)
+        names = ", ".join(f"`{name}`" for name in lost)
+        if len(lost) > 8:
+            names = "most that is no emotion, vowel or blink"
+        out.append(f"| {c.label} | {len(c.keys)} | {len(CONTROL_NAMES) - len(lost)} | {names} |")
+    return "\n".join(out)
+
+
+def words() -> str:
+    """What each action is in other rigs' words: keys and their values at intensity 5."""
+    shown = [CONVENTIONS[name] for name in ("arkit", "metahuman", "vrm1", "vroid")]
+    out = [f"| control | {' | '.join(c.label for c in shown)} |", "|---|" + "---|" * len(shown)]
+    for control in CONTROLS:
+        if control.side != "both" and control.name not in ("jaw_left", "jaw_right"):
+            continue
+        cells = []
+        for c in shown:
+            short = one_for_both(c.keys) if control.side == "both" else {key: key for key in c.keys}
+            values = retarget({control.name: FULL_INTENSITY}, c.name)
+            active = {short[key].removeprefix(c.prefix): v for key, v in values.items() if v}
+            strongest = sorted(active.items(), key=lambda item: -item[1])
+            cells.append("; ".join(f"{key} {value:.2g}" for key, value in strongest))
+        out.append(f"| `{control.name}` | {' | '.join(cells)} |")
     return "\n".join(out)
 
 
@@ -280,7 +326,8 @@ def sampled_kinds() -> str:
 # --- the pages ------------------------------------------------------------------------------------
 
 TABLES = {
-    "face.md": (controls, identity, numbers),
+    "artist.md": (conventions,),
+    "face.md": (controls, words, identity, numbers),
     "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_kinds,
                    sampled_pages),
 }  # fmt: skip

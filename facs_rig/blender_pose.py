@@ -21,6 +21,7 @@ from facs_rig.rig import FaceRig
 
 MARK = "facs_face"  # property of the mesh object: version of its make-up
 VERSION = 1
+_KEYED = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
 WHO = "facs_identity"  # property of faces with identity keys: parameter -> value
 
 
@@ -89,6 +90,18 @@ def set_pose(face: bpy.types.Object, parameters: FaceParameters, *, turn: bool =
         if name in bones:
             turn_bone(bones[name], angles)
     refresh(face)
+
+
+def key_pose(face: bpy.types.Object, frame: float, *, turn: bool = True) -> None:
+    """Keyframe every slider, the gaze and, with `turn`, head and neck. Errors: `check_face`."""
+    check_face(face)
+    for name in (*CONTROL_NAMES, *GAZE):
+        face.keyframe_insert(f'["{name}"]', frame=frame, group="Expression")
+    bones = _turning(face) if turn else {}
+    for name in (HEAD, NECK):
+        if name in bones:
+            path = _KEYED.get(bones[name].rotation_mode, "rotation_euler")
+            bones[name].keyframe_insert(path, frame=frame, group=name)
 
 
 def straighten_eyes(face: bpy.types.Object) -> None:

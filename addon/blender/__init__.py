@@ -60,9 +60,20 @@ from . import (  # noqa: E402  (the core must be found first)
     panel,
     properties,
     reporting,
+    retarget_operators,
+    retarget_panel,
 )
 
-_MODULES = (properties, operators, face_operators, expression_operators, panel, face_panel)
+_MODULES = (
+    properties,
+    operators,
+    face_operators,
+    expression_operators,
+    retarget_operators,
+    panel,
+    face_panel,
+    retarget_panel,
+)
 
 
 def register() -> None:

@@ -9,12 +9,11 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from facs_rig import CONTROL_NAMES, FaceParameters, expressions, load_rig
-from facs_rig.blender_armature import HEAD, NECK
-from facs_rig.blender_keys import FITTED, GAZE
+from facs_rig.blender_keys import FITTED
 from facs_rig.blender_pose import (
-    armature_of,
     check_face,
     has_identity_keys,
+    key_pose,
     pose_of,
     set_identity,
     set_pose,
@@ -237,23 +236,9 @@ class SKETCHTOFACE_OT_key_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Insert the keyframes."""
-        frame = context.scene.frame_current
         with reported(self, ValueError) as outcome:
-            face = faces.active_face(context)
-            check_face(face)
-            for name in (*CONTROL_NAMES, *GAZE):
-                face.keyframe_insert(f'["{name}"]', frame=frame, group="Expression")
-            armature = armature_of(face)
-            bones = armature.pose.bones if armature is not None and self.head else ()
-            for name in (HEAD, NECK):
-                if name in bones:
-                    bones[name].keyframe_insert(_turning(bones[name]), frame=frame, group=name)
+            key_pose(faces.active_face(context), context.scene.frame_current, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
-
-
-def _turning(bone: bpy.types.PoseBone) -> str:
-    paths = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
-    return paths.get(bone.rotation_mode, "rotation_euler")
 
 
 CLASSES = (

@@ -1,11 +1,7 @@
 """The buttons of the sketch. Each reads the context, calls the core, writes back, reports."""
 
-from pathlib import Path
-
 import bpy
 from bpy.props import BoolProperty
-
-from addon.drawing import SketchError
 
 from . import faces, properties
 from .reporting import reported
@@ -70,9 +66,7 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
         from addon import pipeline
         from facs_rig.blender import build_face
 
-        if not settings.sketch.strip():
-            raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
-        path = Path(bpy.path.abspath(settings.sketch)).expanduser()
+        path = properties.sketch_path(settings)
         fit = pipeline.fit(path, properties.fit_options(settings))
         face = build_face(
             path.stem,

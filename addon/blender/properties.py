@@ -1,6 +1,7 @@
 """What Blender keeps: the sketch and the tweakables (scene), what was read from it (object)."""
 
 import dataclasses
+from pathlib import Path
 
 import bpy
 from bpy.props import (
@@ -15,6 +16,8 @@ from bpy.props import (
     StringProperty,
 )
 
+from addon.drawing import SketchError
+from addon.storyboard import EVERY
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
 from facs_rig.blender_keys import FITTED
 from facs_rig.blender_pose import identity_of, set_identity
@@ -161,6 +164,17 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             min=0.5,
             max=1000 * WIDEST,
         ),
+        "storyboard": StringProperty(
+            name="Storyboard",
+            description="The folder of sketches that become key poses, in the order of their names",
+            subtype="DIR_PATH",
+        ),
+        "storyboard_every": IntProperty(
+            name="Frames Apart",
+            description="From one sketch's key pose to the next",
+            default=EVERY,
+            min=1,
+        ),
         "one_sided": BoolProperty(
             name="One-Sided",
             description="Show the sliders of the face's right and left under those of both",
@@ -169,6 +183,13 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
 
 
 FIT_SETTINGS = ("method", "strokes", "stroke_profile", "stroke_depth", "stroke_width")
+
+
+def sketch_path(settings) -> Path:
+    """The chosen sketch's file. SketchError, one sentence, if none is chosen."""
+    if not settings.sketch.strip():
+        raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
+    return Path(bpy.path.abspath(settings.sketch)).expanduser()
 
 
 def fit_options(settings):
@@ -210,6 +231,9 @@ class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
     __annotations__ = {
         "identity": PointerProperty(type=SKETCHTOFACE_PG_identity),
         "sketch": StringProperty(name="Sketch", description="The drawing that this face is from"),
+        "number": IntProperty(
+            name="Number", description="Which of this file's sketches it was, counted from 1"
+        ),
         "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
         "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
         "head": FloatVectorProperty(name="Head", subtype="EULER", size=3),
@@ -226,6 +250,7 @@ def remember(face, sketch: str, fit) -> None:
     """Write what `fit` (addon.pipeline.FaceFit) says of the sketch to the face object."""
     settings = face.sketch_to_face
     settings.sketch = sketch
+    settings.number = 1 + max(other.sketch_to_face.number for other in bpy.data.objects)
     settings.detections.clear()
     for name, probability in fit.detection.probabilities.items():
         item = settings.detections.add()

@@ -40,6 +40,11 @@ def test_the_tables_of_the_face_are_those_of_the_catalogue():
     assert len(re.findall(r"^\| `\w+` \|", table, re.MULTILINE)) == 47
 
 
+def test_the_table_of_conventions_is_that_of_the_code():
+    page = (DOCS / "artist.md").read_text(encoding="utf-8")
+    assert tables().renewed("artist.md", page) == page, "run: python docs/tables.py"
+
+
 def test_the_figures_of_the_data_set_are_those_of_the_sampler():
     assert tables().renewed("dataset.md", data_page()) == data_page(), "run: python docs/tables.py"
 

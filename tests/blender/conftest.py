@@ -41,6 +41,17 @@ def shell(empty_blender, tmp_path, monkeypatch):
     module.unregister()
 
 
+@pytest.fixture
+def reports(capfd):
+    """Function: what operators have reported since it was asked last, as Blender prints it."""
+
+    def read() -> str:
+        return capfd.readouterr().out
+
+    read()
+    return read
+
+
 @pytest.fixture(scope="session")
 def rig():
     """The rig that ships."""

@@ -145,3 +145,14 @@ def test_face_is_added_from_the_menu_of_a_real_window(session, tmp_path):
     }
     for picture in ("1_no_face", "2_face", "3_slider"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 20_000
+
+
+@pytest.mark.slow
+def test_storyboard_runs_and_stops_in_a_real_window(session, tmp_path):
+    folder = tmp_path / "drawn"
+    folder.mkdir()
+    for k in range(6):
+        shutil.copy(ROOT / "addon" / "sketches" / "smiling_woman.png", folder / f"{k}.png")
+    result = session("drive_storyboard.py", PICTURE, "--sketch", str(folder))
+    assert result["frames"] == [1.0 + 10 * k for k in range(6)]
+    assert 0 < len(result["stopped"]) < 6
