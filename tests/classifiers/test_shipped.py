@@ -14,7 +14,7 @@ from facs_rig import CONTROL_NAMES, LANDMARKS
 
 SEED = 52_000_111  # far from every seed in model.json, which the first test checks
 # What the shipped weights must reach on fresh drawings; raise these when they are trained better.
-AUC, AUC_OF_THE_TWELVE, YAW_DEGREES, LANDMARK_ERROR = 0.85, 0.945, 3.0, 0.022
+AUC, AUC_OF_THE_TWELVE, YAW_DEGREES, LANDMARK_ERROR = 0.895, 0.97, 2.2, 0.017
 
 
 def test_the_weights_belong_to_this_catalogue():
