@@ -13,11 +13,11 @@ from dataset_gen.strokes import Stroke
 from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.anatomy import smooth_curve
 
-# What a drawing of a man gets besides: a scar across the cheek and an odd line on the forehead,
-# in cm from the head's joint, x to his own left, y up.
+# What a drawing of a man gets besides: a scar across the cheek and one from the forehead over the
+# brow, in cm from the head's joint, x to his own left, y up.
 SCARS = (
     ((1.7, 0.6), (2.7, -0.4), (3.6, -1.8), (4.3, -3.6)),
-    ((-3.3, 6.0), (-2.0, 7.0), (-0.6, 6.2), (0.8, 7.3), (2.4, 6.6)),
+    ((-1.6, 8.0), (-2.1, 6.8), (-2.5, 5.4), (-2.8, 4.2), (-3.4, 3.2)),
 )
 
 
