@@ -23,7 +23,7 @@ from facs_rig import ARKIT_NAMES, load_rig
 from facs_rig.identity import IDENTITY_KEYS
 
 from .conftest import ROOT, SKETCH
-from .newer_blender import NEEDS, Missing, blender_5_2
+from .newer_blender import NEEDS, Missing, blender_5_2, python_3_13
 
 PLATFORM = "linux-x64"
 CACHE = ROOT / "build" / "wheels"
@@ -261,6 +261,14 @@ def install(archive: Path, tmp_path: Path, python: Path, folder: Path) -> None:
 @pytest.mark.slow
 def test_zip_installs_in_a_clean_profile_and_the_button_works(archive, tmp_path):
     install(archive, tmp_path, Path(sys.executable), only(tmp_path, BLENDER_ITSELF))
+
+
+def test_without_python_3_13_one_sentence_says_how_to_name_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    for named in ("/no/such/python", sys.executable):
+        monkeypatch.setenv("PYTHON313", named)
+        with pytest.raises(Missing, match="no Python 3.13; say which one: PYTHON313="):
+            python_3_13()
 
 
 @pytest.mark.slow
