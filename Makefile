@@ -18,7 +18,7 @@ help:
 	@echo "make demo      fit a sketch that ships here; says where the face and the preview are"
 	@echo "make test      every test (installs what they need: Blender as a module, CPU torch)"
 	@echo "make lint      ruff and mypy"
-	@echo "make addon     the zip that Blender installs, in dist/"
+	@echo "make addon     the zips that Blender installs, in dist/"
 	@echo "make bench     how fast each stage is on this machine"
 	@echo "make bake      bake the head anew from its CC0 source data"
 	@echo "make pictures  draw every picture of the documentation anew"

@@ -233,12 +233,14 @@ def _render(bpy: ModuleType, scene: Any) -> NDArray:
     """(e, 8) start, end, nature and hiding surfaces of all pieces, in Blender's camera space."""
     _walked.clear()
     _fault.clear()
-    with _silence() as said:
+    with _silence() as said, _scripts_allowed(bpy):
         bpy.ops.render.render(scene=scene.name)
     if _fault:
         raise FreestyleError(f"Freestyle's view map cannot be read: {_fault[0]!r}") from _fault[0]
     out = np.array(_walked, dtype=np.float64).reshape(-1, 8)
     _walked.clear()
+    if "cripts disabled" in said[0]:
+        raise FreestyleError("Freestyle did not run: start Blender with --enable-autoexec")
     if not len(out) and "rror" in said[0].replace("Error: strokes set empty", ""):
         raise FreestyleError("Freestyle did not run: " + said[0].strip().splitlines()[-1])
     return out
@@ -267,6 +269,18 @@ def _walk() -> None:
                 piece = piece.next_fedge
     except BaseException as error:  # Freestyle would print it and go on
         _fault.append(error)
+
+
+@contextmanager
+def _scripts_allowed(bpy: ModuleType) -> Iterator[None]:
+    """Blender 5.2 runs a style module only where scripts may run by themselves; `_walk` is ours."""
+    paths = bpy.context.preferences.filepaths
+    before = paths.use_scripts_auto_execute
+    paths.use_scripts_auto_execute = True
+    try:
+        yield
+    finally:
+        paths.use_scripts_auto_execute = before
 
 
 @contextmanager

@@ -43,8 +43,9 @@ def _find_core() -> bool:
         )
     if sys.version_info[:2] != (3, 11):
         raise ImportError(
-            "Sketch to Face needs a Blender with Python 3.11 (Blender 4.1 to 5.0), "
-            f"this one has {sys.version_info[0]}.{sys.version_info[1]}."
+            "This zip of Sketch to Face is for Blender before 4.2 with Python 3.11, this one has "
+            f"{sys.version_info[0]}.{sys.version_info[1]}: install the zip without `legacy` in its "
+            "name in Blender 4.2 or newer."
         )
     sys.path.append(str(_BUNDLED_CORE))
     return True

@@ -8,7 +8,8 @@ import zipfile
 from pathlib import Path
 
 from .extension import ROOT, build_extension, build_legacy, validate
-from .wheels import PLATFORMS, BuildError
+from .lock import relock
+from .wheels import PLATFORMS, BuildError, core_wheel
 
 
 def _megabytes(size: int) -> str:
@@ -32,14 +33,21 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--platform", choices=sorted(PLATFORMS), action="append",
                         help="default: all that are known")  # fmt: skip
     parser.add_argument("--no-legacy", action="store_true", help="only Blender 4.2 and newer")
+    parser.add_argument("--relock", action="store_true",
+                        help="write the hashes in the lock files anew, build nothing")  # fmt: skip
     options = parser.parse_args(argv)
     try:
+        if options.relock:
+            for lock in sorted({platform.lock for platform in PLATFORMS.values()}):
+                relock(lock)
+            return 0
+        core = core_wheel(ROOT, options.cache)
         for platform in options.platform or sorted(PLATFORMS):
-            extension = build_extension(options.out, options.cache, platform)
+            extension = build_extension(options.out, options.cache, platform, core)
             print(validate(extension))
             _say(extension)
             if not options.no_legacy:
-                _say(build_legacy(options.out, options.cache, platform))
+                _say(build_legacy(options.out, options.cache, platform, core))
     except BuildError as error:
         print(error, file=sys.stderr)
         return 1

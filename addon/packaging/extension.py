@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from .archive import read_zip, write_zip
-from .wheels import BuildError, core_wheel, third_party
+from .wheels import OLD, BuildError, known, packed_as, third_party
 
 NAME = "sketch_to_face"
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,19 +54,24 @@ def manifest(wheels: Sequence[str], platforms: Sequence[str], root: Path = ROOT)
     return f"{head.rstrip()}\n\n{generated}\n{mark}{tables}".encode()
 
 
-def build_extension(out: Path, cache: Path, platform: str, root: Path = ROOT) -> Path:
-    """The zip for Blender 4.2 and newer: shell at the root, wheels beside it."""
-    wheels = sorted([core_wheel(root, cache), *third_party(platform, cache)], key=lambda p: p.name)
+def build_extension(out: Path, cache: Path, platform: str, core: Path, root: Path = ROOT) -> Path:
+    """The zip for Blender 4.2 and newer: shell at the root, wheels for each Python beside it.
+
+    core : our own wheel, see `core_wheel`
+    """
+    wheels = {core.name: core}
+    for python in known(platform).pythons:
+        wheels |= {packed_as(wheel): wheel for wheel in third_party(platform, python, cache)}
     content: dict[str, bytes | Path] = {**shell(root)}
-    content |= {f"wheels/{wheel.name}": wheel for wheel in wheels}
-    content["blender_manifest.toml"] = manifest([w.name for w in wheels], [platform], root)
+    content |= {f"wheels/{name}": wheel for name, wheel in wheels.items()}
+    content["blender_manifest.toml"] = manifest(sorted(wheels), [platform], root)
     return write_zip(out / f"{NAME}-{version(root)}-{platform}.zip", content)
 
 
-def build_legacy(out: Path, cache: Path, platform: str, root: Path = ROOT) -> Path:
+def build_legacy(out: Path, cache: Path, platform: str, core: Path, root: Path = ROOT) -> Path:
     """The zip for Blender before 4.2, which does not know wheels: they lie unpacked in `core`."""
     content: dict[str, bytes | Path] = {f"{NAME}/{n}": data for n, data in shell(root).items()}
-    for wheel in [core_wheel(root, cache), *third_party(platform, cache)]:
+    for wheel in [core, *third_party(platform, OLD, cache)]:
         for name, data in read_zip(wheel).items():
             if "/tests/" not in name:  # a third of scipy and scikit-image
                 content[f"{NAME}/core/{name}"] = data

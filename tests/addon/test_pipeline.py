@@ -157,7 +157,7 @@ def test_the_head_placed_by_hand():
     off = [abs(v - plain[name]) for name, v in face.parameters.identity.items()]
     assert max(off, default=0) < 0.25  # a plain face was drawn, and is found by its lines
     top = face.camera.project(face.vertices)[:, 1].min()
-    assert top == pytest.approx(low[1], abs=0.05 * (high[1] - low[1]))
+    assert top == pytest.approx(low[1], abs=0.05 * float(high[1] - low[1]))
     with pytest.raises(ValueError, match="left,top,right,bottom"):
         fit(picture, FitOptions(align="1,2,3"))
 

@@ -354,8 +354,8 @@ def test_the_68_points_are_where_face_alignment_has_them(rig):
     assert (np.diff(x[31:36]) > 0).all()
     for eye in (slice(36, 42), slice(42, 48), slice(48, 60), slice(60, 68)):  # rings, clockwise
         ring = np.stack([x[eye], -y[eye]], axis=1)
-        edges = np.cross(np.roll(ring, -1, axis=0) - ring, np.roll(ring, -2, axis=0) - ring)
-        assert edges.sum() > 0
+        (ax, ay), (bx, by) = (np.roll(ring, -k, axis=0).T - ring.T for k in (1, 2))
+        assert (ax * by - ay * bx).sum() > 0
     pairs = [(0, 16), (4, 12), (17, 26), (21, 22), (36, 45), (39, 42), (48, 54), (50, 52), (60, 64)]
     for right, left in pairs:
         assert abs(x[right] + x[left]) < MM

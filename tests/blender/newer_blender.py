@@ -1,0 +1,56 @@
+"""Blender 5.2 as a module of Python 3.13, in an environment of its own under build/.
+
+The other tests run in Blender 5.0, whose Python is 3.11; this is for what has to work in both.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+from .conftest import ROOT
+
+# numpy as in Blender 5.2 itself; pip alone would take the newest
+WHAT = ("bpy==5.2.3", "numpy==2.3.5")
+WHERE = ROOT / "build" / "blender-5.2"
+# What the bpy wheel needs to start, besides itself and numpy.
+NEEDS = ("attr", "attrs", "cattr", "cattrs", "typing_extensions.py")
+
+
+class Missing(Exception):
+    """There is no Blender 5.2 to be had here; one sentence says why."""
+
+
+def _says(command: list[str | Path]) -> str:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def python_3_13() -> Path:
+    """A Python 3.13: the one that PYTHON313 names, or that is on the path, or one of pyenv's."""
+    named = os.environ.get("PYTHON313") or shutil.which("python3.13")
+    others = sorted(Path.home().glob(".pyenv/versions/3.13.*/bin/python3.13"))
+    for python in [Path(named), *others] if named else others:
+        # asked, since pyenv puts a python3.13 on the path that may only say how to switch
+        if _says([python, "-c", "import sys, venv; print(sys.version_info[:2])"]) == "(3, 13)":
+            return python
+    raise Missing("there is no Python 3.13; say which one: PYTHON313=/path/to/python3.13")
+
+
+def blender_5_2() -> tuple[Path, Path]:
+    """Its Python and its site-packages; installs them first where they are missing."""
+    python = WHERE / "bin" / "python"
+    site = WHERE / "lib" / "python3.13" / "site-packages"
+    done = WHERE / "installed"  # written last, so that a broken installation is made anew
+    if not done.is_file() or done.read_text() != " ".join(WHAT):
+        subprocess.run([python_3_13(), "-m", "venv", "--clear", WHERE], check=True)
+        pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+        asked = subprocess.run([*pip, *WHAT], capture_output=True, text=True, check=False)
+        if asked.returncode:
+            raise Missing(f"pip cannot install {' '.join(WHAT)}: {asked.stderr.strip()[-500:]}")
+        done.write_text(" ".join(WHAT))
+    return python, site
