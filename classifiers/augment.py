@@ -174,7 +174,7 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
         scribbles.features(pen, rng)
     if folds and chance[0] < 0.3:
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 5)))
-    elif chance[0] < 0.2:  # older faces have them at rest
+    elif chance[0] < 0.3:  # older faces have them at rest
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 3)))
     if chance[1] < 0.07:
         scribbles.beard(pen, rng)
