@@ -166,27 +166,34 @@ def topmost(pixels, z, triangles, points):
     owner = np.full(len(points), -1, dtype=np.int32)
     if not len(points):
         return depth, owner
-    corner = pixels[triangles]
-    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-    area = _turn(b - a, c - a)
-    low = np.minimum(np.minimum(a, b), c)
-    high = np.maximum(np.maximum(a, b), c)
     left, right = points.min(axis=0), points.max(axis=0)
     side = 256
     per = 1 / np.maximum((right - left) / side, 1e-9)
-    seen = np.flatnonzero((area < 0) & (high >= left).all(axis=1) & (low <= right).all(axis=1))
-    first = np.minimum((np.maximum(low[seen] - left, 0.0) * per).astype(np.int64), side - 1)
-    last = np.minimum(((high[seen] - left) * per).astype(np.int64), side - 1)
     col, row = np.minimum(((points - left) * per).astype(np.int64), side - 1).T
     cell = row * side + col
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(side * side + 1))
+    # Most triangles lie over no point: how many there are in their cells, by a table of sums.
+    sums = np.zeros((side + 1, side + 1), dtype=np.int32)
+    sums[1:, 1:] = np.diff(start).reshape(side, side).cumsum(axis=0).cumsum(axis=1)
+    place = np.clip((pixels - left) * per, 0, side - 1).astype(np.int32)
+    corner = [place[triangles[:, k]] for k in range(3)]
+    first = np.minimum(np.minimum(corner[0], corner[1]), corner[2])
+    last = np.maximum(np.maximum(corner[0], corner[1]), corner[2])
+    (u0, v0), (u1, v1) = first.T, last.T + 1
+    seen = np.flatnonzero(sums[v1, u1] - sums[v0, u1] - sums[v1, u0] + sums[v0, u0])
+    a, b, c = (pixels[triangles[seen, k]] for k in range(3))
+    area = _turn(b - a, c - a)
+    faces = np.flatnonzero(area < 0)
+    seen, a, b, c, area = seen[faces], a[faces], b[faces], c[faces], area[faces]
+    first, last = first[seen].astype(np.int64), last[seen].astype(np.int64)
     one, rows = _spread(last[:, 1] - first[:, 1] + 1)  # every row of cells of every triangle
     rows = (first[one, 1] + rows) * side
     begin = start[rows + first[one, 0]]
     pair, place = _spread(start[rows + last[one, 0] + 1] - begin)  # every point in that row
-    i, t = order[begin[pair] + place], seen[one[pair]]
-    p, a, b, c, area = points[i], a[t], b[t], c[t], area[t]
+    near = one[pair]
+    i, t = order[begin[pair] + place], seen[near]
+    p, a, b, c, area = points[i], a[near], b[near], c[near], area[near]
     wa, wb = _turn(c - b, p - b) / area, _turn(a - c, p - c) / area
     inside = np.flatnonzero((wa >= -1e-9) & (wb >= -1e-9) & (wa + wb <= 1 + 1e-9))
     i, t, wa, wb = i[inside], t[inside], wa[inside], wb[inside]
