@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import fields
@@ -15,31 +14,13 @@ from PIL import Image
 
 from addon import cli
 from addon.console import Bar
-from addon.files import OutputError, Outputs, check_output, write_text
 from addon.sketches.render import FOLDER as SKETCHES
-from facs_rig import ARKIT_NAMES, CONTROL_NAMES, DETECTED, FaceParameters, expressions, load_rig
+from facs_rig import DETECTED
 from snakes import Tweakables
 
 ROOT = Path(__file__).resolve().parents[2]
 SKETCH = SKETCHES / "smiling_woman.png"
 OLD_MAN = SKETCHES / "worried_old_man.png"
-
-
-def refused(capsys, *arguments) -> str:
-    """The one line that a refused command line says on stderr."""
-    status = cli.main([str(argument) for argument in arguments])
-    said = capsys.readouterr()
-    assert status == 2, said.err
-    assert said.out == ""
-    assert said.err.startswith("sketch2face") and said.err.count("\n") == 1
-    return said.err
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """An empty current folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def contents(folder: Path) -> set[str]:
@@ -92,17 +73,17 @@ def test_the_module_is_the_command():
 # --- what cannot be used -------------------------------------------------------------------------
 
 
-def test_no_command(capsys):
-    assert "COMMAND" in refused(capsys)
+def test_no_command(refused):
+    assert "COMMAND" in refused()
 
 
-def test_an_unknown_command(capsys):
-    assert "paint" in refused(capsys, "paint")
+def test_an_unknown_command(refused):
+    assert "paint" in refused("paint")
 
 
 @pytest.mark.parametrize("command", ["fit", "detect"])
-def test_a_missing_sketch(capsys, folder, command):
-    assert "There is no file 'nobody.png'" in refused(capsys, command, "nobody.png")
+def test_a_missing_sketch(refused, folder, command):
+    assert "There is no file 'nobody.png'" in refused(command, "nobody.png")
     assert not contents(folder)
 
 
@@ -128,11 +109,11 @@ def bad_pictures() -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("kind", bad_pictures())
-def test_a_bad_sketch_leaves_older_files_alone(capsys, folder, kind):
+def test_a_bad_sketch_leaves_older_files_alone(refused, folder, kind):
     Path("bad.png").write_bytes(bad_pictures()[kind])
     Path("face.glb").write_bytes(b"an older face")
     outputs = ["-o", "face.glb", "--report", "r.json", "--preview", "p.png"]
-    assert "bad.png" in refused(capsys, "fit", "bad.png", *outputs)
+    assert "bad.png" in refused("fit", "bad.png", *outputs)
     assert contents(folder) == {"bad.png", "face.glb"}
     assert Path("face.glb").read_bytes() == b"an older face"
 
@@ -160,29 +141,29 @@ def test_a_bad_sketch_leaves_older_files_alone(capsys, folder, kind):
         (["--no-such-option"], "unrecognized arguments: --no-such-option"),
     ],
 )
-def test_arguments_that_cannot_be_carried_out(capsys, folder, arguments, says):
-    assert says in refused(capsys, "fit", SKETCH, *arguments)
+def test_arguments_that_cannot_be_carried_out(refused, folder, arguments, says):
+    assert says in refused("fit", SKETCH, *arguments)
     assert not contents(folder)
 
 
-def test_a_folder_that_cannot_be_written_to(capsys, folder):
+def test_a_folder_that_cannot_be_written_to(refused, folder):
     # /proc refuses files even from root, which permissions do not.
     if not Path("/proc").is_dir():
         pytest.skip("there is no /proc here")
-    assert "Nothing can be written" in refused(capsys, "fit", SKETCH, "-o", "/proc/face.glb")
+    assert "Nothing can be written" in refused("fit", SKETCH, "-o", "/proc/face.glb")
 
 
-def test_generate_says_what_is_wrong(capsys, folder):
-    assert "--count" in refused(capsys, "generate", "--count", "0", "--out", "data")
+def test_generate_says_what_is_wrong(refused, folder):
+    assert "--count" in refused("generate", "--count", "0", "--out", "data")
     order = ("generate", "--count", "1", "--out", "data", "--dask")
-    assert "tcp://HOST:8786" in refused(capsys, *order, "localhost")
-    assert "leave one of the two" in refused(capsys, *order, "tcp://host:8786", "--jobs", "2")
+    assert "tcp://HOST:8786" in refused(*order, "localhost")
+    assert "leave one of the two" in refused(*order, "tcp://host:8786", "--jobs", "2")
     assert not contents(folder)
 
 
-def test_generate_without_dask_names_the_extra(capsys, folder, monkeypatch):
+def test_generate_without_dask_names_the_extra(refused, folder, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    said = refused(capsys, "generate", "--count", "1", "--out", "d", "--dask", "tcp://host:8786")
+    said = refused("generate", "--count", "1", "--out", "d", "--dask", "tcp://host:8786")
     assert "pip install 'sketch-to-face[cluster]'" in said
     assert not contents(folder)
 
@@ -199,13 +180,13 @@ def test_a_fault_of_ours_is_not_blamed_on_the_sketch(capsys, monkeypatch):
     assert "this is a fault of the program" in said
 
 
-def test_a_missing_extra_is_named(capsys, monkeypatch):
+def test_a_missing_extra_is_named(refused, monkeypatch):
     def needy(options):
         raise ModuleNotFoundError("No module named 'torch'", name="torch")
 
     about, arguments, _ = cli.COMMANDS["rig"]
     monkeypatch.setitem(cli.COMMANDS, "rig", (about, arguments, needy))
-    assert "pip install 'sketch-to-face[train]'" in refused(capsys, "rig")
+    assert "pip install 'sketch-to-face[train]'" in refused("rig")
 
 
 def test_a_reader_that_leaves_early_is_no_error():
@@ -222,220 +203,6 @@ def test_a_reader_that_leaves_early_is_no_error():
 
 
 # --- what works ----------------------------------------------------------------------------------
-
-
-def test_rig_lists_all_controls(capsys):
-    assert cli.main(["rig"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines if line.startswith("  ")][:47] == list(CONTROL_NAMES)
-    assert cli.main(["rig", "--json"]) == 0
-    table = json.loads(capsys.readouterr().out)
-    assert [control["name"] for control in table["controls"]] == list(CONTROL_NAMES)
-    assert len(table["identity"]) >= 34
-
-
-def test_rig_writes_a_posed_face(capsys, folder):
-    import trimesh
-
-    assert cli.main(["rig", "-o", "plain.ply"]) == 0
-    assert cli.main(["rig", "-o", "smile.ply", "--au", "smile=5"]) == 0
-    names = ("plain.ply", "smile.ply")
-    plain, smile = (trimesh.load(name, process=False).vertices for name in names)
-    moved = np.linalg.norm(smile - plain, axis=1)
-    assert 0.002 < moved.max() < 0.05  # metres
-    assert contents(folder) == {"plain.ply", "smile.ply"}
-
-
-def rig_face(capsys, *arguments) -> str:
-    assert cli.main(["rig", *map(str, arguments)]) == 0
-    return capsys.readouterr().out
-
-
-def test_the_catalogue_as_json(capsys):
-    table = json.loads(rig_face(capsys, "--list", "--json"))
-    assert table["counts"] == {"upper": 12, "mid": 11, "lower": 24}
-    assert [control["name"] for control in table["controls"]] == list(CONTROL_NAMES)
-    for control in table["controls"]:
-        assert control["region"] in table["counts"]
-        assert control["side"] in ("both", "left", "right")
-        assert control["aus"] and control["label"] and control["muscle"] and control["signature"]
-        assert all(part["shape"] and part["weight"] for part in control["mix"])
-        assert isinstance(control["creases"], list)
-    assert json.loads(rig_face(capsys, "--json")) == table
-    for parameter in table["identity"]:
-        assert parameter["minimum"] <= parameter["default"] <= parameter["maximum"]
-    assert rig_face(capsys, "--list") == rig_face(capsys)
-    assert "47 controls (12 upper, 11 mid, 24 lower)" in rig_face(capsys)
-
-
-def test_rig_poses_everything_that_a_face_can_do(capsys, folder):
-    import trimesh
-
-    Path("joy.json").write_text(
-        expressions.dumps(FaceParameters({"smile": 3.0, "squint": 2.0}, gaze=(0.1, 0.0)))
-    )
-    more = ["--expression", "joy.json", "--au", "smile=5", "--identity", "age=1"]
-    turns = ["--head", "-20,5,0", "--neck", "5,-1,2", "--gaze", "-10,5"]
-    rig_face(capsys, "-o", "face.ply", *more, *turns)
-    wanted = FaceParameters(
-        {"smile": 5.0, "squint": 2.0}, {"age": 1.0},
-        *(tuple(np.radians(a)) for a in ((-20, 5, 0), (5, -1, 2), (-10, 5))),
-    )  # fmt: skip
-    vertices = trimesh.load("face.ply", process=False).vertices
-    np.testing.assert_allclose(vertices, load_rig().pose(wanted), atol=1e-6)
-
-
-def test_rig_writes_a_folder_of_keys_beside_an_obj(capsys, folder):
-    rig_face(capsys, "-o", "face.obj", "--keys", "--names", "arkit")
-    assert contents(folder) == {"face.obj", "face_keys"}
-    assert contents(folder / "face_keys") == {f"{n}.obj" for n in (*ARKIT_NAMES, "neutral")}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--au", "smirk=5"], "there is no control 'smirk'"),
-        (["--au", "smlie=5"], "there is no control 'smlie'; did you mean 'smile'?"),
-        (["--au", "smile=50"], "smile = 50.0 is outside 0 to 10"),
-        (["--au", "smile=nan"], "'smile' is nan"),
-        (["--au", "smile"], "--au takes NAME=VALUE, such as smile=5, not 'smile'"),
-        (["--au", "smile=much"], "--au takes NAME=VALUE"),
-        (["--identity", "aeg=1"], "there is no identity parameter 'aeg'; did you mean 'age'?"),
-        (["--identity", "age=2"], "age = 2.0 is outside 0 to 1"),
-        (["--identity", "age=nan"], "'age' is nan"),
-        (["--identity", "age"], "--identity takes NAME=VALUE, such as age=0.8"),
-        (["--gaze", "5"], "--gaze takes YAW,PITCH in degrees, not '5'"),
-        (["--gaze", "-70,0"], "gaze yaw = -70 is outside -60 to 60"),
-        (["--head", "-5,0"], "--head takes YAW,PITCH,ROLL in degrees, not '-5,0'"),
-        (["--head", "nan,0,0"], "'head yaw' is nan"),
-        (["--neck", "a,b,c"], "--neck takes YAW,PITCH,ROLL"),
-        (["--expression", "nobody.json"], "'nobody.json' cannot be read"),
-        (["--names", "vrm"], "invalid choice: 'vrm'"),
-        (["--names", "arkit"], "a file such as 'face.ply' cannot hold shape keys"),
-        (["--keys"], "--keys is for .obj alone"),
-        (["--sheet", "sheet.png"], "--sheet and -o are two jobs"),
-        (["--json"], "--list and --json print the list"),
-        (["--only", "smile"], "--only belongs to --sheet OUT.png; add that"),
-    ],
-)
-def test_rig_refuses_what_no_face_can_do(capsys, folder, arguments, says):
-    assert says in refused(capsys, "rig", "-o", "face.ply", *arguments)
-    assert not contents(folder)
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        ("not json", "'joy.json': this is not an expression file: it is not JSON"),
-        (
-            json.dumps({"format": expressions.FORMAT, "version": 2}),
-            "'joy.json': this expression was saved by a newer Sketch to Face (format 2, this one "
-            "knows 1); update the add-on",
-        ),
-        (
-            json.dumps({"format": expressions.FORMAT, "version": 1, "aus": {"smlie": 1}}),
-            "'joy.json': there is no control 'smlie'; did you mean 'smile'?",
-        ),
-    ],
-)
-def test_rig_refuses_a_bad_expression_file(capsys, folder, content, says):
-    Path("joy.json").write_text(content)
-    assert says in refused(capsys, "rig", "-o", "face.ply", "--expression", "joy.json")
-    assert contents(folder) == {"joy.json"}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--au", "smile=5"], "--au belongs to -o FACE; add that."),
-        (["--gaze", "1,1"], "--gaze belongs to -o FACE"),
-        (["--identity", "age=1"], "--identity belongs to --sheet OUT.png or -o FACE"),
-        (["--drawn"], "--drawn belongs to --sheet OUT.png"),
-        (["-o", "face.stl"], "'face.stl' has no known ending"),
-        (["-o", "nowhere/face.glb"], "There is no folder 'nowhere'"),
-        (["-o", "joy.json", "--expression", "joy.json"], "'joy.json' has no known ending"),
-        (["--sheet", "sheet.jpg"], "'sheet.jpg' has no known ending; use .png."),
-        (["--sheet", "nowhere/sheet.png"], "There is no folder 'nowhere'"),
-        (["--sheet", "s.png", "--only", "smlie"], "'smlie'; did you mean 'smile'?"),
-        (["--sheet", "s.png", "--size", "5"], "the size of a face is 48 to 1024 pixels, not 5"),
-        (["--sheet", "s.png", "--size", "0"], "the size of a face is 48 to 1024 pixels, not 0"),
-        (["--sheet", "s.png", "--size", "big"], "--size: invalid int value: 'big'"),
-        (["--sheet", "s.png", "--identity", "aeg=1"], "did you mean 'age'?"),
-        (["--sheet", "s.png", "--view", "back"], "invalid choice: 'back'"),
-        (["--sheet", "s.png", "--drawn", "--layers", "beard"], "beard"),
-    ],
-)
-def test_rig_says_which_option_belongs_where(capsys, folder, arguments, says):
-    assert says in refused(capsys, "rig", *arguments)
-    assert not contents(folder)
-
-
-@pytest.mark.parametrize("job", [["-o", "face.glb"], ["--sheet", "sheet.png"]])
-@pytest.mark.parametrize("harm", ["cut", "text", "missing array", "missing"])
-def test_a_damaged_asset_costs_one_sentence(capsys, folder, monkeypatch, harm, job):
-    from facs_rig import rig
-
-    asset = folder / "head.npz"
-    whole = rig.ASSET.read_bytes()
-    if harm == "cut":
-        asset.write_bytes(whole[: len(whole) // 2])
-    elif harm == "text":
-        asset.write_text("Not found")
-    elif harm == "missing array":
-        np.savez(asset, base=np.zeros((3, 3), np.float32))
-    monkeypatch.setattr("facs_rig.load_rig", lambda: rig.load_rig.__wrapped__(asset))
-    before = contents(folder)
-    said = refused(capsys, "rig", *job)
-    assert "the rig's data file" in said and "head.npz" in said
-    assert "is damaged; install again or `make bake`" in said
-    assert contents(folder) == before
-
-
-def sheet_of(folder: Path) -> np.ndarray:
-    with Image.open(folder / "sheet.png") as picture:
-        return np.asarray(picture.convert("RGB")).astype(int)
-
-
-def test_a_contact_sheet_is_drawn(capsys, folder):
-    small = ["--sheet", "sheet.png", "--size", "64", "--only", "smile", "frontalis"]
-    assert "sheet.png" in rig_face(capsys, *small)
-    both = sheet_of(folder)
-    assert contents(folder) == {"sheet.png"}
-    rig_face(capsys, *small, "--drawn")
-    drawn = sheet_of(folder)
-    assert drawn.shape[0] < both.shape[0] - 100  # a row for each control is missing
-    spread = np.ptp(drawn, axis=2)
-    assert spread.max() < 3 and np.ptp(both, axis=2).max() > 30  # black ink against skin
-    rig_face(capsys, *small, "--drawn", "--view", "three-quarter")
-    assert (sheet_of(folder) != drawn).any()
-    rig_face(capsys, *small, "--drawn", "--identity", "age=1")
-    assert (sheet_of(folder) != drawn).any()
-
-
-def test_a_sheet_has_every_control_at_rest_half_and_full():
-    from addon import sheet
-
-    seen = []
-    rig = load_rig()
-    page = sheet.contact_sheet(rig, kinds=("drawn",), size=48, progress=lambda *at: seen.append(at))
-    assert seen[-1] == (1 + 2 * 47,) * 2
-    assert page.dtype == np.uint8 and page.shape[2] == 3
-    with pytest.raises(ValueError, match="there is no view 'back'"):
-        sheet.contact_sheet(rig, view="back")
-    with pytest.raises(ValueError, match="at least one control"):
-        sheet.contact_sheet(rig, ())
-    with pytest.raises(ValueError, match="can be shaded or drawn, not 'x-rayed'"):
-        sheet.contact_sheet(rig, kinds=("x-rayed",))
-
-
-def test_captions_fit_their_line():
-    from addon import sheet
-
-    long = [("Brow raise", "#000000"), ("   worry lines across the whole forehead", "#707070")]
-    line = sheet.text_line(90, long, 13)
-    assert line.shape[1] == 90
-    assert (line[:, -2:] == sheet.PAPER).all()  # cut with an ellipsis, not at the edge
-    assert (sheet.text_line(400, long, 13) != sheet.PAPER).any()
 
 
 def test_fit_writes_face_report_and_preview(capsys, folder):
@@ -546,45 +313,3 @@ def test_a_bar_is_drawn_on_a_terminal_only(capsys, monkeypatch):
     with Bar("work") as bar:
         bar(1, 2)
     assert "work [################................] 1/2" in capsys.readouterr().err
-
-
-# --- files whole or not at all -------------------------------------------------------------------
-
-
-def test_outputs_appear_together(tmp_path):
-    with Outputs() as outputs:
-        outputs.beside(tmp_path / "one.txt").write_text("1")
-        outputs.beside(tmp_path / "two.txt").write_text("2")
-        assert not (tmp_path / "one.txt").exists()
-    assert contents(tmp_path) == {"one.txt", "two.txt"}
-
-
-def test_outputs_fall_together(tmp_path):
-    (tmp_path / "one.txt").write_text("old")
-    with pytest.raises(RuntimeError), Outputs() as outputs:
-        outputs.beside(tmp_path / "one.txt").write_text("new")
-        outputs.beside(tmp_path / "two.txt").write_text("2")
-        raise RuntimeError("in the middle of the work")
-    assert contents(tmp_path) == {"one.txt"}
-    assert (tmp_path / "one.txt").read_text() == "old"
-
-
-def test_outputs_keep_the_ending_and_are_readable_by_others(tmp_path):
-    with Outputs() as outputs:
-        part = outputs.beside(tmp_path / "face.glb")
-        assert part.suffix == ".glb" and part.parent == tmp_path
-    umask = os.umask(0)
-    os.umask(umask)
-    assert (tmp_path / "face.glb").stat().st_mode & 0o777 == 0o666 & ~umask
-
-
-def test_write_text(tmp_path):
-    write_text(tmp_path / "note.txt", "ä\n")
-    assert (tmp_path / "note.txt").read_bytes() == "ä\n".encode()
-
-
-def test_checking_an_output_changes_nothing(tmp_path):
-    check_output(tmp_path / "new.glb", (".glb",))
-    assert not contents(tmp_path)
-    with pytest.raises(OutputError, match="is a folder"):
-        check_output(tmp_path)
