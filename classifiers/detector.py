@@ -255,7 +255,18 @@ class Detector:
         )
 
 
+def load_detector(folder: Path = WEIGHTS, threads: int = THREADS) -> Detector:
+    """The shipped detector, or that of another weights folder; loaded once for each number of
+    `threads` that ONNX Runtime may use.
+
+    Raises ValueError, one sentence, for weights that cannot be used or less than one thread.
+    """
+    if threads < 1:
+        raise ValueError(f"The detector runs on at least one thread, not {threads}.")
+    return _loaded(Path(folder), threads)
+
+
+# A function of its own: lru_cache would tell a default from the same value that was named.
 @lru_cache(maxsize=4)
-def load_detector(folder: Path = WEIGHTS) -> Detector:
-    """The shipped detector, or that of another weights folder; loaded once."""
-    return Detector(Path(folder))
+def _loaded(folder: Path, threads: int) -> Detector:
+    return Detector(folder, threads)

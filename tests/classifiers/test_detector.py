@@ -14,7 +14,7 @@ from classifiers.detector import Detector, Reading
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
 from classifiers.preprocess import FACE_MARGIN, Crop, as_page
-from classifiers.runtime import Answers
+from classifiers.runtime import THREADS, Answers
 from facs_rig import DETECTED, LANDMARKS
 
 
@@ -276,6 +276,14 @@ def test_where_the_head_is_can_be_told(seeing):
 def test_no_drawing_no_detection(detector):
     with pytest.raises(ValueError, match="grey image"):
         detector.detect(np.ones((8, 8, 3), np.float32))
+
+
+def test_a_detector_is_loaded_once_for_each_number_of_threads(fresh_weights):
+    one = load_detector(fresh_weights, threads=1)
+    assert load_detector(str(fresh_weights), 1) is one
+    assert load_detector(fresh_weights) is load_detector(fresh_weights, THREADS) is not one
+    with pytest.raises(ValueError, match="at least one thread, not 0"):
+        load_detector(threads=0)
 
 
 def test_damaged_or_missing_weights_are_named(fresh_weights, tmp_path):
