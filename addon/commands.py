@@ -15,7 +15,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addon.console import FACES, Bar, UsageError, distinct, need_bpy, say, usage
+from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, say, usage
 from addon.files import Outputs, check_output
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 
 def fit_arguments(parser: argparse.ArgumentParser) -> None:
+    from addon.pipeline import METHODS, FitOptions
+
     parser.add_argument("sketch", help="picture of a drawn face (PNG, JPEG, WebP, TIFF, BMP, GIF)")
     parser.add_argument(
         "-o",
@@ -51,11 +53,20 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         "it was found at another place (several times for several; `detect --json` names them all)",
     )
     parser.add_argument(
+        "--au",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="what a control does, at 0…10, if the sketch was read otherwise: smile=4, or smile=0 "
+        "for none; the fit keeps to it (several times for several; `rig --list` names them all)",
+    )
+    parser.add_argument(
         "--method",
-        choices=("lines", "thesis"),
-        default="lines",
+        choices=METHODS,
+        default=FitOptions.method,
         help="lines: the face's lines are brought to the drawing's, its person and expression "
-        "first; thesis: the drawing's contours slide over the shaded face (default lines)",
+        "first; shape: person and expression alone, the skin stays smooth; thesis: the drawing's "
+        f"contours slide over the shaded face (default {FitOptions.method})",
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="say nothing when all is well")
     _stroke_arguments(parser)
@@ -144,6 +155,7 @@ def fit(options: argparse.Namespace) -> int:
         tweakables=tweakables,
         align=options.align,
         pins=dict(map(_pin, options.pin)),
+        expression=dict(assignment(text, "--au", "smile=4") for text in options.au),
         method=options.method,
         strokes=options.unmatched,
         stroke_depth=options.stroke_depth,

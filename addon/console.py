@@ -34,6 +34,18 @@ def usage(call: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         raise UsageError(str(error)) from error
 
 
+def assignment(text: str, option: str, example: str) -> tuple[str, float]:
+    """NAME=VALUE as a name and a number; UsageError if it is none.
+
+    option : what the text was given to;  example : what it could have been
+    """
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), float(value)
+    except ValueError:
+        raise UsageError(f"{option} takes NAME=VALUE, such as {example}, not '{text}'.") from None
+
+
 class Bar:
     """A progress bar on stderr, if that is a terminal; otherwise nothing. Call it (done, total)."""
 

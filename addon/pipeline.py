@@ -21,11 +21,19 @@ from numpy.typing import NDArray
 from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import contour_error, face_lines, ruler
-from classifiers import Detection, load_detector
+from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES, CLOSE
 from classifiers.labels import FULL
 from classifiers.preprocess import Crop
-from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, load_rig
+from facs_rig import (
+    CONTROL_NAMES,
+    LANDMARKS,
+    MAX_INTENSITY,
+    Camera,
+    FaceParameters,
+    FaceRig,
+    load_rig,
+)
 from facs_rig.parameters import nearest
 from snakes import (
     DEEPEST,
@@ -49,7 +57,7 @@ from snakes import (
 
 Progress = Callable[[int, int], None]
 STAGES = ("read", "detect", "align", "fit", "measure", "carve")
-METHODS = ("lines", "thesis")
+METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
 UNMATCHED = ("ignore", "engrave", "emboss")
 # A drawing that the detector believes to be a face with less than this is refused.
@@ -66,7 +74,10 @@ class FitOptions:
     tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
     pixels of the sketch, instead of the landmarks that the detector finds
     pins : landmark -> (u, v) pixels of the sketch where it is, instead of where it was found
-    method : 'lines' brings the face's lines to the drawing's; 'thesis' lets the drawing's contours
+    expression : control -> intensity 0..10 that the artist has settled, 0 is off; the fit keeps to
+    it, whatever the detector or the lines say
+    method : 'lines' brings the face's lines to the drawing's; 'shape' finds the same person and
+    expression and leaves the skin alone, quick and smooth; 'thesis' lets the drawing's contours
     slide over the shaded face, with all the tweakables of its table (chapter 3)
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
     which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
@@ -77,6 +88,7 @@ class FitOptions:
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    expression: Mapping[str, float] = field(default_factory=dict)
     method: str = "lines"
     strokes: str = "ignore"
     stroke_depth: float = 1.2
@@ -99,16 +111,26 @@ class FitOptions:
                 raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
         for name, place in self.pins.items():
             if name not in LANDMARKS:
-                raise ValueError(f"There is no landmark '{name}'{nearest(name, LANDMARKS)}.")
+                hint = nearest(name, LANDMARKS) or "."
+                raise ValueError(f"There is no landmark '{name}'{hint}")
             if len(place) != 2 or not all(map(math.isfinite, place)):
                 raise ValueError(f"The pin of {name} is a place u,v in pixels, not {place}.")
+        for name, intensity in self.expression.items():
+            if name not in CONTROL_NAMES:
+                hint = nearest(name, CONTROL_NAMES) or "; `sketch2face rig --list` shows all."
+                raise ValueError(f"There is no control '{name}'{hint}")
+            if not 0 <= intensity <= MAX_INTENSITY:  # not-a-number fails both
+                raise ValueError(
+                    f"The intensity of {name} is at least 0 and at most {MAX_INTENSITY:g}, "
+                    f"not {intensity:g}."
+                )
 
 
 @dataclass(frozen=True)
 class FaceFit:
     """A fitted face and how it came about. Pixels are those of `drawing.image`.
 
-    parameters : expression and head as detected and fitted, fitted identity
+    parameters : expression and head as detected and fitted, controls as settled, fitted identity
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
     contour_error_px, unmatched : in pixels of the sketch as it was handed in
     """
@@ -129,19 +151,21 @@ def fit(
     sketch: str | Path | Drawing | NDArray,
     options: FitOptions | None = None,
     progress: Progress | None = None,
+    detector: Detector | None = None,
 ) -> FaceFit:
     """Fit the face to a sketch: a file, a loaded Drawing, or a picture (h, w) or (h, w, 3 or 4).
 
-    `progress(done, total)` is called after each stage. Raises SketchError, one sentence, for
-    whatever cannot be read or shows no face, and ValueError for an unusable alignment.
+    `progress(done, total)` is called after each stage. detector : None is `load_detector()`.
+    Raises SketchError, one sentence, for whatever cannot be read or shows no face, and ValueError
+    for an unusable alignment.
     """
     options = options or FitOptions()
     clock = _Stages(progress)
     drawing = _read(sketch)
     clock.done("read")
 
-    detection = _detect(drawing, options.align)
-    expression = FaceParameters(aus=detection.expression(), head=detection.head)
+    detection = _detect(drawing, options.align, detector)
+    expression = _worn(detection, options.expression)
     clock.done("detect")
 
     rig = load_rig()
@@ -160,15 +184,20 @@ def fit(
         before = _contours(rig, rig.pose(parameters), camera)
     else:
         sure = detection.face_probability >= LEAST_FACE
-        evidence = _evidence(detection) if sure else Evidence({}, {})
+        evidence = replace(
+            _evidence(detection) if sure else Evidence({}, {}),
+            pins=_pins(drawing, options),
+            settled=frozenset(options.expression),
+        )
         found = fit_lines(
             drawing.image,
             rig,
             expression,
             camera,
-            replace(evidence, pins=_pins(drawing, options)),
+            evidence,
             partial(_contours, rig),
             options.tweakables,
+            pull=options.method != "shape",
         )
         parameters, camera, offsets = found.parameters, found.camera, found.offsets
         drawn, before = found.drawn, found.model
@@ -208,14 +237,15 @@ def fit(
 
 
 def read_expression(
-    sketch: str | Path | Drawing | NDArray, align: str | None = None
+    sketch: str | Path | Drawing | NDArray,
+    align: str | None = None,
+    detector: Detector | None = None,
 ) -> FaceParameters:
     """What the face in a sketch does, expression and head, without building it.
 
-    sketch, align : as for `fit`, which also raises the same errors
+    sketch, align, detector : as for `fit`, which also raises the same errors
     """
-    detection = _detect(_read(sketch), align)
-    return FaceParameters(aus=detection.expression(), head=detection.head)
+    return _worn(_detect(_read(sketch), align, detector), {})
 
 
 def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
@@ -269,18 +299,24 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
     return load_drawing(sketch)
 
 
-def _detect(drawing: Drawing, align: str | None) -> Detection:
+def _detect(drawing: Drawing, align: str | None, detector: Detector | None) -> Detection:
     head = None
     if align is not None:
         left, top, right, bottom = _box(drawing, align)
         head = Crop(left, top, right - left, bottom - top)
-    detection = load_detector().detect(drawing.image, head)
+    detection = (detector or load_detector()).detect(drawing.image, head)
     if detection.face_probability < LEAST_FACE and align is None:
         raise SketchError(
             f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
             "from the front or in three-quarter view, or say where in the picture the head is."
         )
     return detection
+
+
+def _worn(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:
+    """Expression and head as detected, but for the controls that the artist has settled."""
+    aus = {**detection.expression(), **settled}
+    return FaceParameters({name: float(v) for name, v in aus.items() if v}, {}, detection.head)
 
 
 def _align(

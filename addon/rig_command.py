@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from addon.console import FACES, Bar, UsageError, distinct, need_bpy, usage
+from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, usage
 from addon.files import Outputs, check_output
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _list(as_json: bool) -> int:
 
 def _sheet(options: argparse.Namespace) -> int:
     check_output(options.sheet, (".png",))
-    identity = dict(_assignment(text, "--identity", "age=0.8") for text in options.identity or ())
+    identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
 
     from addon import sheet
     from facs_rig import CONTROL_NAMES, load_rig
@@ -240,8 +240,8 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
     start = FaceParameters()
     if options.expression:
         start = usage(expressions.read, options.expression)
-    aus = dict(_assignment(text, "--au", "smile=5") for text in options.au or ())
-    identity = dict(_assignment(text, "--identity", "age=0.8") for text in options.identity or ())
+    aus = dict(assignment(text, "--au", "smile=5") for text in options.au or ())
+    identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
     turns: Mapping[str, Any] = {
         part: _angles(getattr(options, part), part, names)
         for part, names in expressions.TURNS.items()
@@ -252,14 +252,6 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
     )
     usage(expressions.check, posed)
     return posed
-
-
-def _assignment(text: str, option: str, example: str) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name.strip(), float(value)
-    except ValueError:
-        raise UsageError(f"{option} takes NAME=VALUE, such as {example}, not '{text}'.") from None
 
 
 def _angles(text: str, part: str, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -62,12 +62,14 @@ def fit_lines(
     evidence: Evidence,
     draw: Draw,
     tweakables: Tweakables | None = None,
+    pull: bool = True,
 ) -> LineFit:
     """Fit a face to a drawing (h, w; 1 is paper).
 
     parameters, camera : as detected and aligned      evidence : what else is known of the drawing
     draw : the lines of a posed face that a drawing mostly shows
     tweakables : LINE_TWEAKABLES of them count
+    pull : False leaves the skin as the parameters shape it, smooth, with offsets of 0
 
     Raises ValueError when the drawing and the camera differ in size or the face is out of sight.
     """
@@ -83,15 +85,18 @@ def fit_lines(
     laps.append(time.perf_counter())
     parameters, camera = fit_shape(drawn, rig, parameters, camera, evidence, draw)
     laps.append(time.perf_counter())
-    max_move = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
-    length = settings.soft_select_distance / 100
     model = draw(rig.pose(parameters), camera)
-    offsets = pull_skin(
-        drawn, model, rig, parameters, camera, length, max_move, settings.smoothness, evidence.pins
-    )
-    if settings.mirror:
-        offsets = symmetrise(offsets, rig.mirror)
-    offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
+    if pull:
+        most = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
+        length = settings.soft_select_distance / 100
+        offsets = pull_skin(
+            drawn, model, rig, parameters, camera, length, most, settings.smoothness, evidence.pins
+        )
+        if settings.mirror:
+            offsets = symmetrise(offsets, rig.mirror)
+        offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
+    else:
+        offsets = np.zeros((rig.n_vertices, 3))
     laps.append(time.perf_counter())
     steps = ("lines", "shape", "skin")
     timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))

@@ -10,7 +10,7 @@ the first step on, and what is known of faces holds the parameters near plain on
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -34,11 +34,13 @@ class Evidence:
 
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
+    settled : controls whose intensity the artist has said; it stays whatever the lines look like
     """
 
     landmarks: Mapping[str, tuple[float, float]]
     spreads: Mapping[str, float]
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    settled: frozenset[str] = frozenset()
 
 
 HEAD = 0.24
@@ -91,7 +93,7 @@ def fit_shape(
 
     Without lines the landmarks alone decide.
     """
-    guess = _Guess.of(parameters, camera)
+    guess = _Guess.of(parameters, camera, evidence.settled)
     values = guess.start(parameters)
     known = {**evidence.landmarks, **evidence.pins}
     marks = [name for name in known if name in LANDMARKS]
@@ -151,9 +153,11 @@ class _Guess:
     high: NDArray[np.float64]
 
     @classmethod
-    def of(cls, parameters: FaceParameters, camera: Camera) -> _Guess:
+    def of(cls, parameters: FaceParameters, camera: Camera, settled: Collection[str]) -> _Guess:
         identity = tuple(f.name for f in IDENTITY if f.name not in FIXED)
-        controls = tuple(name for name, value in parameters.aus.items() if value)
+        controls = tuple(
+            name for name, value in parameters.aus.items() if value and name not in settled
+        )
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
         rows = [

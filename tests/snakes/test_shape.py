@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -126,3 +128,17 @@ def test_hair_is_more_than_one_line_over_the_skull(drawn):
     assert found[left & over].mean() > 0.8 and found[~left & over].mean() < 0.3
     assert not under_hair(NONE, points, over, head).any()
     assert not under_hair(wisps, points, np.zeros(len(over), bool), head).any()
+
+
+def test_what_is_settled_stays_and_the_rest_moves(drawn):
+    rig = load_rig()
+    begin = FaceParameters({"smile": 9.0, "sneer": 1.0}, head=BEGIN.head)
+    seen = replace(evidence(drawn[3]), settled=frozenset({"smile", "frontalis"}))
+    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], seen, contours)
+    assert found.aus["smile"] == 9.0  # more than lines alone are believed
+    assert found.aus["sneer"] != 1.0
+    assert set(found.aus) == {"smile", "sneer"}  # settled at rest: not among them
+    everything = replace(seen, settled=frozenset(begin.aus))
+    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], everything, contours)
+    assert found.aus == begin.aus
+    assert found.identity != begin.identity
