@@ -28,7 +28,7 @@ from .polylines import Polylines, spread
 from .strokes import Stroke
 from .style import Style, sample_style
 
-__all__ = ["Style", "coverage", "ink", "loosen", "sample_style"]
+__all__ = ["Style", "coverage", "ink", "lay", "loosen", "sample_style"]
 
 Floats = NDArray[np.float32]
 SHEETS = 4  # translucent strokes are laid on so many sheets, which darken each other
