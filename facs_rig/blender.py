@@ -4,12 +4,15 @@ The object does in Blender what `FaceRig.pose` does in numpy. The basis is the n
 of `rig.keys` is a shape key, driven by its own expression from properties of the mesh object (see
 facs_rig.blender_keys); "Fitted" adds the offsets of the strokes; bones turn neck, head and eyes
 like the rig (see facs_rig.blender_armature). So the evaluated mesh equals `rig.pose` (tests hold
-it to 1e-5 m), and every slider and bone stays live. facs_rig.blender_pose reads and sets them.
+it to 1e-5 m), and every slider and bone stays live. facs_rig.blender_pose reads and sets them,
+facs_rig.blender_reshape makes a face another person's.
 
 Only the modules `facs_rig.blender*` need bpy.
 """
 
 from __future__ import annotations
+
+import weakref
 
 import bpy
 import numpy as np
@@ -21,17 +24,26 @@ from facs_rig.blender_armature import (
     bind,
     drive_eyes,
     drive_jaw,
+    jaw_motions,
     make_armature,
+    skin_weights,
     to_blender,
     turn_bone,
 )
-from facs_rig.blender_keys import BASIS, FITTED, add_keys, add_properties
-from facs_rig.blender_materials import add_materials, starts_of
-from facs_rig.blender_pose import MARK, VERSION, set_identity
+from facs_rig.blender_arrays import make_mesh
+from facs_rig.blender_keys import BASIS, FITTED, add_keys, add_properties, driver_texts
+from facs_rig.blender_materials import add_materials, paint_of, starts_of
+from facs_rig.blender_pose import MARK, VERSION, set_identity, settle
+from facs_rig.blender_steps import Steps, finish, sliced
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
-__all__ = ["BASIS", "FITTED", "build_face", "set_identity", "to_blender"]
+__all__ = [
+    "BASIS", "FITTED", "build_face", "build_steps", "paint_of", "prepare", "set_identity",
+    "to_blender",
+]  # fmt: skip
+
+_VALID: weakref.WeakSet[FaceRig] = weakref.WeakSet()  # rigs whose polygons Blender has checked
 
 
 def build_face(
@@ -61,6 +73,58 @@ def build_face(
     Raises ValueError if `offsets` has another shape than the rig's vertices, and for unknown
     names or bad values in `parameters`. After an error nothing is left in the file.
     """
+    return finish(
+        build_steps(
+            name, rig, parameters, offsets, collection=collection, location=location,
+            identity_keys=identity_keys, arkit=arkit,
+        )
+    )  # fmt: skip
+
+
+def build_steps(
+    name: str,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    offsets: NDArray | None = None,
+    *,
+    collection: bpy.types.Collection | None = None,
+    location: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    identity_keys: bool = False,
+    arkit: bool = False,
+) -> Steps[bpy.types.Object]:
+    """`build_face` in slices of some 25 ms; what the generator returns is the mesh object.
+
+    Objects come into `collection` with the last slice alone, so that Blender evaluates no half of
+    a face. Nothing is left in the file if the generator is closed before that, nor after an
+    error. Between slices the file may not be undone or exchanged: then the next one raises a
+    ReferenceError. The first face of a rig takes longer, unless `prepare` was called before.
+    """
+    units = _build(name, rig, parameters, offsets, collection, location, identity_keys, arkit)
+    return sliced(units)
+
+
+def prepare(rig: FaceRig, *, identity_keys: bool = False, arkit: bool = False) -> None:
+    """Compute what all faces of a rig share. Without bpy: meant for a thread beside Blender's."""
+    paint_of(rig)
+    skin_weights(rig)
+    jaw_motions(rig, arkit)  # and with them rig.key_deltas and arkit_deltas
+    for key in rig.keys:
+        driver_texts(key.name, key.expression)
+    if identity_keys:
+        rig.identity_deltas  # noqa: B018  (computed when first read)
+
+
+def _build(
+    name: str,
+    rig: FaceRig,
+    parameters: FaceParameters,
+    offsets: NDArray | None,
+    collection: bpy.types.Collection | None,
+    location: tuple[float, float, float],
+    identity_keys: bool,
+    arkit: bool,
+) -> Steps[bpy.types.Object]:
+    """The units of `build_steps`."""
     if offsets is not None and np.shape(offsets) != (rig.n_vertices, 3):
         raise ValueError(
             f"offsets must have the shape {(rig.n_vertices, 3)}, got {np.shape(offsets)}"
@@ -69,54 +133,51 @@ def build_face(
     neutral = rig.neutral(parameters.identity)
     if identity_keys:
         neutral = rig.neutral()
+    points = to_blender(neutral)
     collection = collection or bpy.context.scene.collection
     made: list[bpy.types.ID] = []
     try:
-        mesh = _mesh(name, rig, to_blender(neutral), made)
-        add_materials(mesh, rig, neutral, made)
+        yield
+        armature = make_armature(f"{name} Rig", rig, made)
+        yield
+        mesh = make_mesh(name, points, rig.polygon_vertices.astype(np.int32), starts_of(rig))
+        made.append(mesh)
+        yield
+        mesh.update(calc_edges=True)
+        yield
+        if rig not in _VALID:
+            if mesh.validate():
+                raise RuntimeError("the rig's polygons are not a valid mesh")
+            _VALID.add(rig)
+            yield
+        yield from add_materials(mesh, rig, made)
         face = bpy.data.objects.new(name, mesh)
         made.append(face)
-        collection.objects.link(face)
+        yield from bind(face, armature, rig)
         add_properties(face, rig, parameters)
-        add_keys(face, rig, to_blender(neutral), offsets, identity_keys=identity_keys, arkit=arkit)
-        built_for = {} if identity_keys else parameters.identity
-        armature = make_armature(
-            f"{name} Rig", rig, built_for, collection, made, movable=identity_keys
-        )
-        bind(face, armature, rig)
+        yield
+        yield from add_keys(face, rig, points, offsets, identity_keys=identity_keys, arkit=arkit)
         drive_eyes(face, armature)
         drive_jaw(face, armature, rig)
+        yield
         for bone, angles in ((NECK, parameters.neck), (HEAD, parameters.head)):
             turn_bone(armature.pose.bones[bone], angles)
         armature.location = location
         face.parent = armature
         face[MARK] = VERSION
-        if identity_keys:
-            set_identity(face, rig, parameters.identity)
+        become = set_identity if identity_keys else settle
+        become(face, rig, parameters.identity)
+        for thing in (face, armature):
+            collection.objects.link(thing)
     except BaseException:
-        bpy.data.batch_remove(made[::-1])
+        bpy.data.batch_remove([thing for thing in made[::-1] if _is_there(thing)])
         raise
     return face
 
 
-def _mesh(
-    name: str, rig: FaceRig, vertices: NDArray[np.float32], made: list[bpy.types.ID]
-) -> bpy.types.Mesh:
-    corners = np.ascontiguousarray(rig.polygon_vertices, dtype=np.int32)
-    starts = starts_of(rig)
-    mesh = bpy.data.meshes.new(name)
-    made.append(mesh)
-    mesh.vertices.add(len(vertices))
-    mesh.loops.add(len(corners))
-    mesh.polygons.add(len(starts))
-    mesh.vertices.foreach_set("co", vertices.ravel())
-    mesh.loops.foreach_set("vertex_index", corners)
-    mesh.polygons.foreach_set("loop_start", starts)
-    if bpy.app.version < (4, 0, 0):  # later versions work it out from the starts
-        totals = np.diff(np.append(starts, len(corners))).astype(np.int32)
-        mesh.polygons.foreach_set("loop_total", totals)
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(starts), dtype=bool))
-    mesh.update(calc_edges=True)
-    if mesh.validate():
-        raise RuntimeError("the rig's polygons are not a valid mesh")
-    return mesh
+def _is_there(thing: bpy.types.ID) -> bool:
+    """Whether Blender still has it: an undo or another file may have taken it away."""
+    try:
+        return bool(thing.name)
+    except ReferenceError:
+        return False

@@ -7,21 +7,23 @@ identity. Bones turn about their own head, so three of them get hidden company:
   the neck in part (Blender blends transforms side by side, the rig one after the other).
 - `eye_left_gaze`, `eye_right_gaze` are driven by the properties gaze_yaw and gaze_pitch of the
   face; `eye_left` and `eye_right`, their children, are free for the artist.
-- In a face with identity keys the places of the joints move. A bone `..._at` (or the gaze bone)
-  goes to the new place, and a bone `..._skin` under the turning one goes back by the same way, so
-  that what it carries is turned about the new place and not moved there.
+- The bones rest where the default face has its joints. For another identity a bone `..._at` (or
+  the gaze bone) goes to the new place, and a bone `..._skin` under the turning one goes back by
+  the same way, so that what it carries is turned about the new place and not moved there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
+from facs_rig.blender_steps import Steps
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.rig import FaceRig
 from facs_rig.rotation import rotation
@@ -29,6 +31,12 @@ from facs_rig.rotation import rotation
 ROOT, NECK, HEAD, HEAD_ALONE, JAW = "root", "neck", "head", "head_alone", "jaw"
 EYES = ("eye_left", "eye_right")
 TURNED = (HEAD, NECK, *EYES)  # what the artist may turn
+# What takes a joint to its place, and what takes the skin back: joint -> bones.
+_PLACED: dict[str, tuple[str, str | None]] = {
+    NECK: ("neck_at", "neck_skin"),
+    JAW: ("jaw_at", None),
+    **{eye: (f"{eye}_gaze", f"{eye}_skin") for eye in EYES},
+}
 # `facs_rig.rotation` rolls, then pitches, then yaws; in the axes of an upright bone that is
 # (pitch, yaw, -roll) in this order.
 ORDER = "ZXY"
@@ -40,6 +48,12 @@ def to_blender(points: NDArray) -> NDArray[np.float32]:
     """Core axes (y up, z to the viewer) to Blender's (z up, facing -y): (x, y, z) -> (x, -z, y)."""
     points = np.asarray(points, dtype=np.float32)
     return np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
+
+
+def from_blender(points: NDArray) -> NDArray[np.float32]:
+    """The inverse of `to_blender`."""
+    points = np.asarray(points, dtype=np.float32)
+    return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -55,34 +69,26 @@ class _Bone:
     hidden: bool = False
 
 
-def _skeleton(rig: FaceRig, neutral: NDArray, movable: bool) -> list[_Bone]:
+def _skeleton(rig: FaceRig) -> list[_Bone]:
     """All bones, parents first. Lengths are for the eye and the hand alone."""
-    crown, nose = float(neutral[:, 1].max()), float(neutral[:, 2].max())
+    crown, nose = rig.neutral()[:, 1:].max(axis=0).tolist()
     jaw = nose - float(rig.joints()[JAW][2])
-    bones = [_Bone(ROOT, None, NECK, 0.05, deforms=True, hidden=True)]
-    if movable:
-        bones += [
-            _Bone("neck_at", None, NECK, 0.03, hidden=True),
-            _Bone(NECK, "neck_at", NECK, 0.09),
-            _Bone("neck_skin", NECK, NECK, 0.02, deforms=True, hidden=True),
-        ]
-    else:
-        bones += [_Bone(NECK, None, NECK, 0.09, deforms=True)]
-    above = bones[-1].name
-    bones += [
-        _Bone(HEAD, above, HEAD, crown + 0.05, deforms=True),  # out of the crown, to be taken
+    bones = [
+        _Bone(ROOT, None, NECK, 0.05, deforms=True, hidden=True),
+        _Bone("neck_at", None, NECK, 0.03, hidden=True),
+        _Bone(NECK, "neck_at", NECK, 0.09),
+        _Bone("neck_skin", NECK, NECK, 0.02, deforms=True, hidden=True),
+        _Bone(HEAD, "neck_skin", HEAD, crown + 0.05, deforms=True),  # out of the crown
         _Bone(HEAD_ALONE, None, HEAD, 0.05, deforms=True, hidden=True),
+        _Bone("jaw_at", HEAD, JAW, 0.02, forward=True, hidden=True),
+        _Bone(JAW, "jaw_at", JAW, jaw, forward=True),
     ]
-    if movable:
-        bones += [_Bone("jaw_at", HEAD, JAW, 0.02, forward=True, hidden=True)]
-    bones += [_Bone(JAW, bones[-1].name if movable else HEAD, JAW, jaw, forward=True)]
     for eye in EYES:
         bones += [
             _Bone(f"{eye}_gaze", HEAD, eye, 0.03, forward=True, hidden=True),
-            _Bone(eye, f"{eye}_gaze", eye, 0.06, forward=True, deforms=not movable),
+            _Bone(eye, f"{eye}_gaze", eye, 0.06, forward=True),
+            _Bone(f"{eye}_skin", eye, eye, 0.01, forward=True, deforms=True, hidden=True),
         ]
-        if movable:
-            bones += [_Bone(f"{eye}_skin", eye, eye, 0.01, True, deforms=True, hidden=True)]
     return bones
 
 
@@ -92,28 +98,18 @@ def _local(vector: NDArray, forward: bool) -> tuple[float, float, float]:
     return (-x, z, y) if forward else (x, y, z)
 
 
-def make_armature(
-    name: str,
-    rig: FaceRig,
-    identity: Mapping[str, float],
-    collection: bpy.types.Collection,
-    made: list[bpy.types.ID],
-    *,
-    movable: bool,
-) -> bpy.types.Object:
-    """The armature object of a face, upright; what is made is added to `made`.
+def make_armature(name: str, rig: FaceRig, made: list[bpy.types.ID]) -> bpy.types.Object:
+    """The armature object of a face, upright, at the default face's joints, linked nowhere.
 
-    `movable`: with the hidden bones that `place_joints` moves. Needs Object Mode.
+    What is made is added to `made`. Needs Object Mode.
     """
-    neutral, joints = rig.neutral(identity), rig.joints(identity)
-    bones = _skeleton(rig, neutral, movable)
+    bones = _skeleton(rig)
     data = bpy.data.armatures.new(name)
     made.append(data)
     armature = bpy.data.objects.new(name, data)
     made.append(armature)
     data.display_type = "STICK"
-    _edit_bones(armature, bones, joints)
-    collection.objects.link(armature)
+    _edit_bones(armature, bones, rig.joints())
     for bone in bones:
         posed = armature.pose.bones[bone.name]
         posed.rotation_mode = "XYZ" if bone.forward else ORDER
@@ -163,12 +159,29 @@ def _hide(bone: bpy.types.PoseBone, hidden: bool) -> None:
 # --- skin ---
 
 
-def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> None:
-    """Give the face the rig's weights and the armature modifier that uses them."""
+def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> Steps[None]:
+    """Give the face the rig's weights and the armature modifier that uses them.
+
+    Pauses after each bone.
+    """
+    for name, (whole, partly) in skin_weights(rig).items():
+        group = face.vertex_groups.new(name=name)
+        group.add(whole, 1.0, "REPLACE")
+        # One by one: the few thousand weights are nearly all different.
+        for vertex, weight in partly:
+            group.add((vertex,), weight, "REPLACE")
+        yield
+    modifier = face.modifiers.new("Head, Neck and Eyes", "ARMATURE")
+    modifier.object = armature
+
+
+@lru_cache(maxsize=1)
+def skin_weights(rig: FaceRig) -> dict[str, tuple[list[int], list[tuple[int, float]]]]:
+    """Bone -> the vertices that follow it fully, and (vertex, weight) of those that do in part."""
     head, neck = np.asarray(rig.weights, dtype=float).T
     weights = {
         ROOT: (1 - head) * (1 - neck),
-        _carrier(armature, NECK): (1 - head) * neck,
+        "neck_skin": (1 - head) * neck,
         HEAD: head * neck,
         HEAD_ALONE: head * (1 - neck),
     }
@@ -178,21 +191,14 @@ def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> No
     weights[HEAD] = np.where(eyes, 0.0, weights[HEAD])
     left = rig.neutral()[:, 0] > 0
     for eye, side in zip(EYES, (left, ~left), strict=True):
-        weights[_carrier(armature, eye)] = (eyes & side).astype(float)
+        weights[f"{eye}_skin"] = (eyes & side).astype(float)
+    out = {}
     for name, values in weights.items():
-        group = face.vertex_groups.new(name=name)
         whole = values > 1 - 1e-7
-        group.add(np.flatnonzero(whole).tolist(), 1.0, "REPLACE")
-        for vertex in np.flatnonzero((values > 1e-7) & ~whole).tolist():
-            group.add((vertex,), values[vertex], "REPLACE")
-    modifier = face.modifiers.new("Head, Neck and Eyes", "ARMATURE")
-    modifier.object = armature
-
-
-def _carrier(armature: bpy.types.Object, joint: str) -> str:
-    """Name of the bone that deforms the skin of a joint."""
-    skin = f"{joint}_skin"
-    return skin if skin in armature.data.bones else joint
+        partly = np.flatnonzero((values > 1e-7) & ~whole)
+        pairs = list(zip(partly.tolist(), values[partly].tolist(), strict=True))
+        out[name] = np.flatnonzero(whole).tolist(), pairs
+    return out
 
 
 # --- what moves the bones ---
@@ -238,19 +244,17 @@ def drive_jaw(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) 
     in the sliders, like the keys.
     """
     blocks = face.data.shape_keys
-    sources: list[tuple[str, bpy.types.ID, str, NDArray]] = []
-    names = [key.name for key in rig.keys]
-    for letter, name in zip("abcd", JAW_CONTROLS, strict=True):
-        sources.append((f"{letter}*0.2", face, f'["{name}"]', rig.key_deltas[names.index(name)]))
-    for letter, name in zip("efgh", JAW_ARKIT, strict=True):
-        if name in blocks.key_blocks:
-            path = f'key_blocks["{name}"].value'
-            sources.append((letter, blocks, path, rig.arkit_deltas[ARKIT_NAMES.index(name)]))
+    sources: list[tuple[str, bpy.types.ID, str]] = [
+        (f"{letter}*0.2", face, f'["{name}"]')
+        for letter, name in zip("abcd", JAW_CONTROLS, strict=True)
+    ]
+    arkit = set(JAW_ARKIT) <= set(blocks.key_blocks.keys())
+    if arkit:
+        for letter, name in zip("efgh", JAW_ARKIT, strict=True):
+            sources.append((letter, blocks, f'key_blocks["{name}"].value'))
     jaw = armature.pose.bones[JAW]
-    neutral, joint = rig.neutral()[rig.parts["teeth"]], rig.joints()[JAW]
-    motions = [_rigid(neutral - joint, delta[rig.parts["teeth"]]) for *_, delta in sources]
-    for kind, path in enumerate(("rotation_euler", "location")):
-        amounts = np.array([_local(motion[kind], forward=True) for motion in motions])
+    motions = jaw_motions(rig, arkit)
+    for path, amounts in (("rotation_euler", motions[:, 0]), ("location", motions[:, 1])):
         for axis in range(3):
             used = np.flatnonzero(np.abs(amounts[:, axis]) > 1e-5)
             if not len(used):
@@ -258,6 +262,20 @@ def drive_jaw(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) 
             terms = [f"{amounts[k, axis]:.5f}*{sources[k][0]}" for k in used]
             variables = {sources[k][0][0]: sources[k][1:3] for k in used}
             drive(jaw.driver_add(path, axis), "+".join(terms), variables)
+
+
+@lru_cache(maxsize=2)
+def jaw_motions(rig: FaceRig, arkit: bool) -> NDArray[np.float64]:
+    """(4 or 8, 2, 3) turn (radians) and path (metres) of the jaw, in its bone's axes, by each of
+    JAW_CONTROLS and, with `arkit`, JAW_ARKIT at 1."""
+    names = [key.name for key in rig.keys]
+    deltas = [rig.key_deltas[names.index(name)] for name in JAW_CONTROLS]
+    if arkit:
+        deltas += [rig.arkit_deltas[ARKIT_NAMES.index(name)] for name in JAW_ARKIT]
+    teeth = rig.parts["teeth"]
+    places = rig.neutral()[teeth] - rig.joints()[JAW]
+    motions = [_rigid(places, delta[teeth]) for delta in deltas]
+    return np.array([[_local(part, forward=True) for part in motion] for motion in motions])
 
 
 def _rigid(points: NDArray, moves: NDArray) -> tuple[NDArray, NDArray]:
@@ -279,15 +297,17 @@ def _rigid(points: NDArray, moves: NDArray) -> tuple[NDArray, NDArray]:
     return np.array(axis) * angle, target - turn @ middle
 
 
+def joints_move(armature: bpy.types.Object) -> bool:
+    """Whether `place_joints` finds its bones: those that baked faces once lacked."""
+    names = {name for pair in _PLACED.values() for name in pair if name}
+    return names <= set(armature.pose.bones.keys())
+
+
 def place_joints(armature: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
-    """Move the joints of a face with identity keys to where this identity has them."""
+    """Move the joints of a face to where this identity has them."""
     bones = armature.pose.bones
     rest, places = rig.joints(), rig.joints(identity)
-    for joint, there, back in (
-        (NECK, "neck_at", "neck_skin"),
-        (JAW, "jaw_at", None),
-        *((eye, f"{eye}_gaze", f"{eye}_skin") for eye in EYES),
-    ):
+    for joint, (there, back) in _PLACED.items():
         shift = np.array(_local(places[joint] - rest[joint], forward=joint != NECK))
         bones[there].location = shift.tolist()
         if back is not None:

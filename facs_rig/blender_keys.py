@@ -8,12 +8,15 @@ expression, so that properties can be keyframed, driven and seen in the Graph Ed
 from __future__ import annotations
 
 import ast
+from functools import lru_cache
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.blender_armature import drive, to_blender
+from facs_rig.blender_arrays import write_key
+from facs_rig.blender_steps import Steps
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated
@@ -68,34 +71,56 @@ def add_keys(
     *,
     identity_keys: bool,
     arkit: bool,
-) -> None:
-    """All shape keys, in this order: Basis, rig.keys, the identity's, ARKit's, Fitted."""
+) -> Steps[None]:
+    """All shape keys, in this order: Basis, rig.keys, the identity's, ARKit's, Fitted.
+
+    Pauses after each. The drivers come last, as long as nothing evaluates them.
+    neutral : (n, 3) metres, Blender's axes      offsets : (n, 3) metres, core axes
+    """
     face.shape_key_add(name=BASIS, from_mix=False)
     face.data.shape_keys.name = face.data.name
-    for key, delta in zip(rig.keys, rig.key_deltas, strict=True):
-        block = _add_key(face, key.name, neutral + to_blender(delta), -WIDEST, WIDEST)
+    yield
+    moves = rig.key_deltas
+    yield
+    for key, delta in zip(rig.keys, moves, strict=True):
+        block = add_key(face, key.name, moved(neutral, delta), -WIDEST, WIDEST)
         if key.name in CONTROL_NAMES:
             block.slider_min, block.slider_max = 0.0, MAX_INTENSITY / FULL_INTENSITY
-    for key in rig.keys:
-        _drive_key(face, key.name, key.expression)
+        yield
     if identity_keys:
         for name, delta in zip(IDENTITY_KEYS, rig.identity_deltas, strict=True):
-            _add_key(face, name, neutral + to_blender(delta), -1.0, 1.0)
+            add_key(face, name, moved(neutral, delta), -1.0, 1.0)
+            yield
     if arkit:
         for name, delta in zip(ARKIT_NAMES, rig.arkit_deltas, strict=True):
-            _add_key(face, name, neutral + to_blender(delta), 0.0, 1.0)
+            add_key(face, name, moved(neutral, delta), 0.0, 1.0)
+            yield
     if offsets is not None:
-        _add_key(face, FITTED, neutral + to_blender(offsets), 0.0, 2.0).value = 1.0
+        add_fitted(face, moved(neutral, offsets))
+        yield
+    for key in rig.keys:
+        _drive_key(face, key.name, key.expression)
+        yield
 
 
-def _add_key(
-    face: bpy.types.Object, name: str, points: NDArray, least: float, most: float
+def moved(points: NDArray[np.float32], deltas: NDArray) -> NDArray[np.float32]:
+    """Points (n, 3) in Blender's axes moved by deltas (n, 3) in core axes."""
+    return points + to_blender(deltas)
+
+
+def add_fitted(face: bpy.types.Object, points: NDArray[np.float32]) -> None:
+    """The key of the strokes' offsets, fully on."""
+    add_key(face, FITTED, points, 0.0, 2.0).value = 1.0
+
+
+def add_key(
+    face: bpy.types.Object, name: str, points: NDArray[np.float32], least: float, most: float
 ) -> bpy.types.ShapeKey:
+    """A shape key (n, 3) at rest, and where its slider ends. RuntimeError if the name is taken."""
     block = face.shape_key_add(name=name, from_mix=False)
     if block.name != name:
         raise RuntimeError(f"Blender calls the shape key '{name}' '{block.name}'")
-    points_of = block.points if hasattr(block, "points") else block.data  # faster, from 4.1
-    points_of.foreach_set("co", np.ascontiguousarray(points, dtype=np.float32).ravel())
+    write_key(block, points)
     block.slider_min, block.slider_max = least, most
     block.value = 0.0  # from Blender 5.0 keys begin at 1
     return block
@@ -104,24 +129,36 @@ def _add_key(
 def _drive_key(face: bpy.types.Object, name: str, expression: str) -> None:
     """Drive a key by its expression over the face's properties and earlier keys."""
     keys = face.data.shape_keys
-    *parts, (_, whole) = in_parts(name, expression)
+    *parts, whole = driver_texts(name, expression)
+    cut = {part for part, *_ in parts}
+
+    def drive_by(fcurve: bpy.types.FCurve, text: str, names: tuple[tuple[str, str], ...]) -> None:
+        drive(fcurve, text, {short: source(long) for short, long in names})
 
     def source(variable: str) -> tuple[bpy.types.ID, str]:
         if variable in CONTROL_NAMES or variable in PROPERTIES:
             return face, f'["{variable}"]'
-        if variable in dict(parts):
+        if variable in cut:
             return keys, f'["{variable}"]'
         return keys, f'key_blocks["{variable}"].value'
 
-    for part, text in parts:
+    for part, text, names in parts:
         keys[part] = 0.0
-        _drive_by(keys.driver_add(f'["{part}"]'), text, source)
-    _drive_by(keys.key_blocks[name].driver_add("value"), whole, source)
+        drive_by(keys.driver_add(f'["{part}"]'), text, names)
+    _, text, names = whole
+    drive_by(keys.key_blocks[name].driver_add("value"), text, names)
 
 
-def _drive_by(fcurve: bpy.types.FCurve, expression: str, source) -> None:
-    text, names = abbreviated(expression)
-    drive(fcurve, text, {short: source(long) for short, long in names.items()})
+@lru_cache(maxsize=512)
+def driver_texts(
+    name: str, expression: str
+) -> tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]:
+    """`in_parts` as drivers have it: (name, text with short names, (short, long) names) each."""
+    out = []
+    for part, text in in_parts(name, expression):
+        short, names = abbreviated(text)
+        out.append((part, short, tuple(names.items())))
+    return tuple(out)
 
 
 def in_parts(name: str, expression: str) -> list[tuple[str, str]]:

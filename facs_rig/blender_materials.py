@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.blender_arrays import write_map, write_materials
+from facs_rig.blender_steps import Steps
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import FaceRig, landmark_points
 
@@ -36,25 +41,55 @@ def starts_of(rig: FaceRig) -> NDArray[np.int32]:
     return starts[starts < len(rig.polygon_vertices)]
 
 
-def add_materials(
-    mesh: bpy.types.Mesh, rig: FaceRig, neutral: NDArray[np.float32], made: list[bpy.types.ID]
-) -> None:
-    """Give the mesh its materials by polygon, and the map that draws the eyes.
+@dataclass(frozen=True)
+class Paint:
+    """What is painted on the default face, and so, on the same vertices, on everybody's.
 
-    neutral : (n, 3) metres, core axes. Materials that have to be made are added to `made`.
+    tints : (n, 3) float32, what the skin's colour is multiplied by at each vertex
+    eye_map : (c, 2) float32, where each corner of the polygons lies, in radii of its iris
+    materials : (p,) int32, index into MATERIAL_NAMES of each polygon
+    pupil : its radius, in radii of the iris
     """
+
+    tints: NDArray[np.float32]
+    eye_map: NDArray[np.float32]
+    materials: NDArray[np.int32]
+    pupil: float
+
+
+@lru_cache(maxsize=1)
+def paint_of(rig: FaceRig) -> Paint:
+    """The paint of a rig's faces, computed once; numpy alone, so that any thread may ask first."""
+    neutral = rig.neutral()
     corners, starts = np.asarray(rig.polygon_vertices), starts_of(rig)
     counts = np.diff(np.append(starts, len(corners)))[:, None]
     centres = np.add.reduceat(neutral[corners], starts, axis=0) / counts
-    part = rig.vertex_part[corners[starts]]
-    places = _eye_places(rig, neutral)
-    layer = mesh.uv_layers.new(name=EYE_MAP)
-    layer.data.foreach_set("uv", np.ascontiguousarray(places[corners]).ravel())
+    rims = [rig.stroke_points(neutral, f"{ring}_left") for ring in ("pupil", "iris")]
+    pupil, iris = (np.linalg.norm(rim - rim.mean(axis=0), axis=1).mean() for rim in rims)
+    return Paint(
+        tints=_tints(rig, neutral),
+        eye_map=np.ascontiguousarray(_eye_places(rig, neutral)[corners]),
+        materials=materials_at(rig, neutral, centres, rig.vertex_part[corners[starts]]),
+        pupil=float(pupil / iris),
+    )
+
+
+def add_materials(mesh: bpy.types.Mesh, rig: FaceRig, made: list[bpy.types.ID]) -> Steps[None]:
+    """Give a new mesh its materials by polygon, the map that draws the eyes and the tints.
+
+    Pauses after each. Materials that have to be made are added to `made`.
+    """
+    paint = paint_of(rig)
+    yield
+    write_map(mesh.uv_layers.new(name=EYE_MAP), paint.eye_map)
+    yield
     tint = mesh.attributes.new(TINT, "FLOAT_VECTOR", "POINT")
-    tint.data.foreach_set("vector", np.ascontiguousarray(_tints(rig, neutral)).ravel())
+    tint.data.foreach_set("vector", paint.tints.ravel())
     for name in MATERIAL_NAMES:
-        mesh.materials.append(_material(name, rig, neutral, made))
-    mesh.polygons.foreach_set("material_index", materials_at(rig, neutral, centres, part))
+        mesh.materials.append(_material(name, paint.pupil, made))
+        yield
+    write_materials(mesh, paint.materials)
+    yield
 
 
 def _tints(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -105,10 +140,11 @@ def _eye_places(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float3
     return places
 
 
-def _material(
-    part: str, rig: FaceRig, neutral: NDArray, made: list[bpy.types.ID]
-) -> bpy.types.Material:
-    """The material of a part; faces share it, and what the artist changed stays changed."""
+def _material(part: str, pupil: float, made: list[bpy.types.ID]) -> bpy.types.Material:
+    """The material of a part; faces share it, and what the artist changed stays changed.
+
+    pupil : its radius, in radii of the iris
+    """
     name = f"Face {part.capitalize()}"
     found = bpy.data.materials.get(name)
     if found is not None:
@@ -129,9 +165,7 @@ def _material(
     if part in _TINTED:
         _tint_skin(material.node_tree, shader)
     if part in _EYES:
-        rims = [rig.stroke_points(neutral, f"{ring}_left") for ring in ("pupil", "iris")]
-        pupil, iris = (np.linalg.norm(rim - rim.mean(axis=0), axis=1).mean() for rim in rims)
-        _draw_eye(material.node_tree, shader, float(pupil / iris))
+        _draw_eye(material.node_tree, shader, pupil)
     return material
 
 

@@ -11,7 +11,16 @@ from collections.abc import Mapping
 import bpy
 import numpy as np
 
-from facs_rig.blender_armature import EYES, HEAD, NECK, TURNED, place_joints, turn_bone, turn_of
+from facs_rig.blender_armature import (
+    EYES,
+    HEAD,
+    NECK,
+    TURNED,
+    joints_move,
+    place_joints,
+    turn_bone,
+    turn_of,
+)
 from facs_rig.blender_keys import GAZE
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
@@ -22,7 +31,7 @@ from facs_rig.rig import FaceRig
 MARK = "facs_face"  # property of the mesh object: version of its make-up
 VERSION = 1
 _KEYED = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
-WHO = "facs_identity"  # property of faces with identity keys: parameter -> value
+WHO = "facs_identity"  # property of the mesh object: identity parameter -> value, if no default
 
 
 def is_face(candidate: bpy.types.Object) -> bool:
@@ -62,7 +71,7 @@ def _turning(face: bpy.types.Object) -> dict[str, bpy.types.PoseBone]:
 
 
 def pose_of(face: bpy.types.Object) -> FaceParameters:
-    """What the face does and, if it has identity keys, who it is. See `check_face` for errors."""
+    """What the face does and who it is. See `check_face` for errors."""
     check_face(face)
     bones = _turning(face)
     turns = {name: turn_of(bones[name]) if name in bones else (0.0, 0.0, 0.0)
@@ -131,7 +140,10 @@ def has_identity_keys(face: bpy.types.Object) -> bool:
 
 
 def identity_of(face: bpy.types.Object) -> dict[str, float]:
-    """Identity parameters of a face with identity keys, without those at their default."""
+    """Identity parameters of a face, without those at their default.
+
+    Empty, too, for a baked face of a file from before these were remembered.
+    """
     stored = face.get(WHO)
     return {} if stored is None else {name: float(value) for name, value in stored.items()}
 
@@ -148,7 +160,7 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     Raises ValueError, with nothing changed, for parameters that `facs_rig.IDENTITY` does not have
     or allow and for a face whose identity is baked.
     """
-    values = check_identity(identity)
+    check_identity(identity)
     if not has_identity_keys(face):
         raise ValueError(
             f"'{face.name}' has no identity keys: who it is was settled when it was made"
@@ -157,10 +169,16 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
             blocks[name].value = value
+    settle(face, rig, identity)
+
+
+def settle(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
+    """All of a person but the shape: crease_gain, lid_rest, the joints, and that it is known."""
+    values = check_identity(identity)
     for name, value in rig.scalars(identity).items():
         face[name] = float(value)
     face[WHO] = {f.name: values[f.name] for f in IDENTITY if values[f.name] != f.default}
     armature = armature_of(face)
-    if armature is not None and "neck_at" in armature.pose.bones:
+    if armature is not None and joints_move(armature):
         place_joints(armature, rig, identity)
     refresh(face)

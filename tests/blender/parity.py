@@ -13,6 +13,7 @@ import numpy as np
 from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
 from facs_rig.blender import build_face, set_identity
 from facs_rig.blender_pose import set_pose
+from facs_rig.blender_reshape import fitted_offsets, reshape
 
 result = Path(sys.argv[-1])
 rig = load_rig()
@@ -25,7 +26,7 @@ def pose(who: dict) -> FaceParameters:
     return FaceParameters(aus, who, tuple(turns[:3]), tuple(turns[3:6]), tuple(turns[6:]))
 
 
-def off(face: bpy.types.Object, parameters: FaceParameters) -> float:
+def off(face: bpy.types.Object, parameters: FaceParameters, offsets=None) -> float:
     """The largest distance in metres between Blender's mesh and numpy's."""
     bpy.context.view_layer.update()
     graph = bpy.context.evaluated_depsgraph_get()
@@ -33,13 +34,14 @@ def off(face: bpy.types.Object, parameters: FaceParameters) -> float:
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", flat)
     x, y, z = flat.reshape(-1, 3).T
-    return float(np.abs(np.stack([x, z, -y], axis=1) - rig.pose(parameters)).max())
+    return float(np.abs(np.stack([x, z, -y], axis=1) - rig.pose(parameters, offsets)).max())
 
 
 bpy.ops.wm.read_factory_settings(use_empty=True)
 told: dict = {"blender": bpy.app.version_string, "off_m": {}}
 first = pose({"age": 0.8, "gender": 0.9})
-told["off_m"]["baked"] = off(build_face("Baked", rig, first), first)
+baked = build_face("Baked", rig, first)
+told["off_m"]["baked"] = off(baked, first)
 face = build_face("Live", rig, FaceParameters(), identity_keys=True, arkit=True)
 told["off_m"]["neutral"] = off(face, FaceParameters())
 for name, who in (("young", {"eye_spacing": 0.7}), ("old", {"age": 1.0, "neck_length": -0.9})):
@@ -47,6 +49,17 @@ for name, who in (("young", {"eye_spacing": 0.7}), ("old", {"age": 1.0, "neck_le
     set_identity(face, rig, who)
     set_pose(face, wanted)
     told["off_m"][name] = off(face, wanted)
+for name, again, who in (
+    ("baked reshaped", baked, {"age": 0.3, "eye_spacing": -0.8}),
+    ("baked again", baked, {"neck_length": 0.9, "jaw_drop": 0.7}),
+    ("live reshaped", face, {"gender": 1.0, "head_depth": 0.6}),
+):
+    wanted = pose(who)
+    offsets = random.normal(0, 0.002, (rig.n_vertices, 3)).astype(np.float32)
+    reshape(again, rig, who, offsets)
+    set_pose(again, wanted)
+    told["off_m"][name] = off(again, wanted, offsets)
+    told["off_m"][f"{name}: fitted"] = float(np.abs(fitted_offsets(again) - offsets).max())
 drivers = [d for block in (face.data.shape_keys, face.parent)
            for d in block.animation_data.drivers]  # fmt: skip
 told["python"] = [d.data_path for d in drivers if not d.driver.is_simple_expression]

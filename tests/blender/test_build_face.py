@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FaceParameters  # noqa: E402
-from facs_rig.blender import build_face, set_identity, to_blender  # noqa: E402
+from facs_rig.blender import (  # noqa: E402
+    build_face,
+    build_steps,
+    prepare,
+    set_identity,
+    to_blender,
+)
 from facs_rig.blender_keys import in_parts  # noqa: E402
-from facs_rig.blender_pose import pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender_materials import paint_of  # noqa: E402
+from facs_rig.blender_pose import identity_of, pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender_steps import finish, sliced  # noqa: E402
 from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated  # noqa: E402
 from facs_rig.paint import MATERIAL_NAMES  # noqa: E402
@@ -312,6 +322,112 @@ def test_face_that_breaks_off_half_way_leaves_nothing(rig, monkeypatch):
     with pytest.raises(MemoryError):
         build_face("Face", rig, FaceParameters(), identity_keys=True)
     assert not [kind for kind in KINDS if len(getattr(bpy.data, kind))]
+
+
+def test_slices_make_the_face_and_show_it_with_the_last(rig, evaluated):
+    pose = a_pose(4, someone=True)
+    steps, slices = build_steps("Face", rig, pose, location=(0.0, 0.0, 1.0)), 0
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            face = end.value
+            break
+        slices += 1
+        assert not bpy.context.scene.collection.all_objects
+    assert slices > 1
+    assert set(bpy.context.scene.collection.objects) == {face, face.parent}
+    assert np.abs(evaluated(face) - (rig.pose(pose) + (0.0, 1.0, 0.0))).max() < TOLERANCE
+
+
+@pytest.mark.parametrize("identity_keys", [False, True])
+def test_build_that_is_closed_early_leaves_nothing(rig, monkeypatch, identity_keys):
+    from facs_rig import blender
+
+    monkeypatch.setattr(blender, "sliced", lambda units: units)  # pause after every unit
+    keep = bpy.data.materials.new("Face Skin")
+
+    def steps():
+        offsets = np.zeros((rig.n_vertices, 3))
+        return build_steps("Face", rig, a_pose(1), offsets, identity_keys=identity_keys, arkit=True)
+
+    for _ in range(2):  # the second time without what only the first face of a rig needs
+        pauses = sum(1 for _ in steps())
+        bpy.data.batch_remove([*bpy.data.objects, *bpy.data.meshes, *bpy.data.armatures])
+        bpy.data.batch_remove([m for m in bpy.data.materials if m != keep])
+    assert pauses > 200
+    for pause in (0, 1, 2, 3, *range(4, pauses, 25), pauses):
+        half = steps()
+        for _ in range(pause):
+            next(half)
+        half.close()
+        left = {kind: list(getattr(bpy.data, kind)) for kind in KINDS}
+        assert left.pop("materials") == [keep] and not any(left.values())
+
+
+def test_build_whose_file_was_exchanged_says_so_and_leaves_nothing(rig, monkeypatch):
+    from facs_rig import blender
+
+    monkeypatch.setattr(blender, "sliced", lambda units: units)
+    for pause in (2, 20, 100):
+        half = build_steps("Face", rig, FaceParameters())
+        for _ in range(pause):
+            next(half)
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        with pytest.raises(ReferenceError):
+            finish(half)
+        assert not [kind for kind in KINDS if len(getattr(bpy.data, kind))]
+
+
+def test_slices_end_when_their_time_is_over_and_close_what_they_go_through():
+    noted = []
+
+    def units():
+        try:
+            for k in range(5):
+                noted.append(k)
+                yield
+            return "done"
+        finally:
+            noted.append("closed")
+
+    assert finish(sliced(units(), 60.0)) == "done" and noted == [0, 1, 2, 3, 4, "closed"]
+    assert sum(1 for _ in sliced(units(), 60.0)) == 0
+    assert sum(1 for _ in sliced(units(), 1e-12)) == 5
+    noted.clear()
+    half = sliced(units(), 1e-12)
+    next(half)
+    half.close()
+    assert noted == [0, "closed"]
+
+
+def test_what_faces_share_is_computed_once_in_any_thread(rig, monkeypatch):
+    from facs_rig import blender_materials
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(prepare, rig, identity_keys=True, arkit=True).result()
+    paint = paint_of(rig)
+    monkeypatch.setattr(blender_materials, "_tints", None)
+    face = build_face("Face", rig, FaceParameters(identity={"gender": 1.0}))
+    tint = np.empty(3 * rig.n_vertices, dtype=np.float32)
+    face.data.attributes["Tint"].data.foreach_get("vector", tint)
+    assert np.array_equal(tint.reshape(-1, 3), paint.tints)
+    assert [p.material_index for p in face.data.polygons] == paint.materials.tolist()
+
+
+def test_polygons_are_what_blender_calls_valid(rig):
+    mesh = build_face("Face", rig, FaceParameters()).data
+    assert not mesh.validate(verbose=True)
+    assert len(mesh.edges) > rig.n_vertices
+
+
+@pytest.mark.parametrize("identity_keys", [False, True])
+def test_every_face_remembers_who_it_is(rig, identity_keys):
+    who = {"gender": 0.8, "nose_length": -0.5}
+    parameters = FaceParameters({"smile": 2.0}, {**who, "age": 0.0})
+    face = build_face("Face", rig, parameters, identity_keys=identity_keys)
+    assert identity_of(face) == pose_of(face).identity == who  # without what is at its default
+    assert identity_of(build_face("Other", rig, FaceParameters())) == {}
 
 
 def test_identity_that_cannot_be_changes_nothing(rig, evaluated):

@@ -272,6 +272,14 @@ def test_person_is_saved_and_loaded_on_request(shell, rig, tmp_path, evaluated):
     assert np.abs(evaluated(other) - rig.neutral(someone)).max() < 1e-5
 
 
+def test_baked_person_is_saved_too(shell, tmp_path):
+    face = add(identity_keys=False, random_identity=True, seed=6)
+    file = str(tmp_path / "who.json")
+    bpy.ops.sketch_to_face.save_expression(filepath=file, person=True)
+    assert pose_of(face).identity
+    assert dict(expressions.read(file).identity) == pytest.approx(pose_of(face).identity, abs=1e-6)
+
+
 @pytest.mark.parametrize("content", [None, b"", b"{", b'{"format": "x"}', b"\xff\xfe\x00"])
 def test_bad_file_is_one_sentence_and_changes_nothing(face, tmp_path, evaluated, content):
     set_pose(face, POSE)
