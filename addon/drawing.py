@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy import ndimage
 
+from addon.accepted import FORMATS, SketchError
+
 Floats = NDArray[np.float32]
 
 LONGEST_SIDE = 2048  # px: more detail than any line has, and small enough to be quick
 SHORTEST_SIDE = 32  # px: a face of fewer pixels has no features left
 MOST_PIXELS = 150_000_000  # a whole decoded picture has to fit into memory
-FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "TGA")
 
 _PAPER_BLOCKS = 192  # the paper's tone is estimated on a grid of about so many blocks a side
 _SOLID_INK = 0.35  # of the way from ink to paper: a broad area below is ink, above it is shadow
@@ -35,10 +36,6 @@ _LEAST_INK = 2e-4  # share of the picture: less than that is dust
 # under uneven light reaches 0.6 of what is allowed, portraits from 0.9, most photographs 1.5 to 3.
 _MOST_GRAIN = 0.16  # spread of the commonest tones, relative to the paper
 _MOST_MIDTONES = 0.24  # share of the picture in broad areas neither paper nor ink
-
-
-class SketchError(ValueError):
-    """A sketch that cannot be used; the text is one sentence for the artist."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +55,11 @@ class Drawing:
 
     @classmethod
     def of(cls, array: NDArray[Any], name: str = "The sketch") -> Drawing:
-        """The drawing of a picture in memory, normalised; see `normalise`."""
-        image, inverted = _normalise(_checked(array, name), name)
-        return cls(image=image, size=(image.shape[1], image.shape[0]), inverted=inverted)
+        """The drawing of a picture in memory, normalised as `normalise` does it and reduced to
+        `LONGEST_SIDE` where it is larger."""
+        values = _checked(array, name)
+        image, inverted = _normalise(_reduced(values, name), name)
+        return cls(image=image, size=(values.shape[1], values.shape[0]), inverted=inverted)
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -91,16 +90,7 @@ def load_drawing(path: str | Path) -> Drawing:
     size = picture.size
     if min(size) < SHORTEST_SIDE:
         raise SketchError(_too_small(name, size))
-    shrink = max(size) / LONGEST_SIDE
-    values = _values(picture)
-    if shrink > 1:
-        smaller = (max(1, round(size[0] / shrink)), max(1, round(size[1] / shrink)))
-        if min(smaller) < SHORTEST_SIDE:
-            raise SketchError(
-                f"{name} is a strip of {size[0]}×{size[1]} pixels; crop it around the face."
-            )
-        values = _resize(values, smaller)
-    image, inverted = _normalise(values, name)
+    image, inverted = _normalise(_reduced(_values(picture), name), name)
     return Drawing(image=image, size=size, source=path, inverted=inverted)
 
 
@@ -224,6 +214,18 @@ def _unit(array: NDArray[Any]) -> Floats:
     if np.ptp(on_white) >= _FAINTEST_CONTRAST:
         return on_white
     return grey * alpha  # white ink, drawn to stand on a dark page
+
+
+def _reduced(values: Floats, name: str) -> Floats:
+    """(h, w) tones, at most `LONGEST_SIDE` on a side. SketchError for a strip."""
+    height, width = values.shape
+    shrink = max(height, width) / LONGEST_SIDE
+    if shrink <= 1:
+        return values
+    smaller = (max(1, round(width / shrink)), max(1, round(height / shrink)))
+    if min(smaller) < SHORTEST_SIDE:
+        raise SketchError(f"{name} is a strip of {width}×{height} pixels; crop it around the face.")
+    return _resize(values, smaller)
 
 
 def _resize(values: Floats, size: tuple[int, int]) -> Floats:

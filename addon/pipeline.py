@@ -42,6 +42,7 @@ from snakes import (
     WIDEST,
     WORKING_SIZE,
     Evidence,
+    Lines,
     SurfaceLines,
     Tweakables,
     align,
@@ -56,6 +57,7 @@ from snakes import (
 )
 
 Progress = Callable[[int, int], None]
+Shaped = Callable[[FaceParameters, NDArray[np.float32]], None]
 STAGES = ("read", "detect", "align", "fit", "measure", "carve")
 METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
@@ -132,6 +134,7 @@ class FaceFit:
 
     parameters : expression and head as detected and fitted, controls as settled, fitted identity
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
+    drawn : the middle of every stroke within the head's box
     contour_error_px, unmatched : in pixels of the sketch as it was handed in
     """
 
@@ -142,6 +145,7 @@ class FaceFit:
     offsets: NDArray[np.float32]
     vertices: NDArray[np.float32]
     camera: Camera
+    drawn: Lines
     contour_error_px: dict[str, float]
     unmatched: list[NDArray[np.float64]]
     timings_s: dict[str, float]
@@ -152,10 +156,13 @@ def fit(
     options: FitOptions | None = None,
     progress: Progress | None = None,
     detector: Detector | None = None,
+    shaped: Shaped | None = None,
 ) -> FaceFit:
     """Fit the face to a sketch: a file, a loaded Drawing, or a picture (h, w) or (h, w, 3 or 4).
 
     `progress(done, total)` is called after each stage. detector : None is `load_detector()`.
+    `shaped(parameters, offsets)` is called once these are final, which is before all that is said
+    of them is known: a face can be built in the meantime.
     Raises SketchError, one sentence, for whatever cannot be read or shows no face, and ValueError
     for an unusable alignment.
     """
@@ -202,6 +209,8 @@ def fit(
         parameters, camera, offsets = found.parameters, found.camera, found.offsets
         drawn, before = found.drawn, found.model
     vertices = rig.pose(parameters, offsets)
+    if shaped and options.strokes == "ignore":
+        shaped(parameters, offsets)
     clock.done("fit")
 
     after = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
@@ -220,6 +229,8 @@ def fit(
         width, profile = options.stroke_width / 1000, options.stroke_profile
         offsets = engrave(rig, parameters, offsets, camera, strokes, depth, width, profile)
         vertices = rig.pose(parameters, offsets)
+        if shaped:
+            shaped(parameters, offsets)
     clock.done("carve")
     scale = float(np.mean(drawing.scale))
     return FaceFit(
@@ -230,6 +241,7 @@ def fit(
         offsets=offsets,
         vertices=vertices,
         camera=camera,
+        drawn=drawn,
         contour_error_px={name: scale * e for name, e in errors.items()},
         unmatched=[drawing.to_input(line) for line in unmatched],
         timings_s=clock.timings(),

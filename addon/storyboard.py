@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from addon.drawing import FORMATS, SketchError
+from addon.accepted import FORMATS, SketchError
 
-# What files of drawing.FORMATS are called, where that is not simply the format's name.
+# What files of accepted.FORMATS are called, where that is not simply the format's name.
 _ENDINGS = {"JPEG": (".jpg", ".jpeg"), "TIFF": (".tif", ".tiff"), "PPM": (".ppm", ".pgm", ".pbm")}
 SUFFIXES = tuple(ending for name in FORMATS for ending in _ENDINGS.get(name, (f".{name.lower()}",)))
 EVERY = 24  # frames from one sketch to the next: a second of film

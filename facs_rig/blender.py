@@ -13,6 +13,7 @@ Only the modules `facs_rig.blender*` need bpy.
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -30,7 +31,7 @@ from facs_rig.blender_armature import (
     to_blender,
     turn_bone,
 )
-from facs_rig.blender_arrays import make_mesh
+from facs_rig.blender_arrays import make_mesh, write_places
 from facs_rig.blender_keys import BASIS, FITTED, add_keys, add_properties, driver_texts
 from facs_rig.blender_materials import add_materials, paint_of, starts_of
 from facs_rig.blender_pose import MARK, VERSION, set_identity, settle
@@ -39,10 +40,12 @@ from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
 __all__ = [
-    "BASIS", "FITTED", "build_face", "build_steps", "paint_of", "prepare", "set_identity",
-    "to_blender",
+    "BASIS", "FITTED", "build_face", "build_steps", "build_when", "paint_of", "prepare",
+    "set_identity", "to_blender",
 ]  # fmt: skip
 
+Known = tuple[FaceParameters, "NDArray | None"]
+"""What a face does and who it is, and its fitted offsets."""
 _VALID: weakref.WeakSet[FaceRig] = weakref.WeakSet()  # rigs whose polygons Blender has checked
 
 
@@ -99,8 +102,24 @@ def build_steps(
     error. Between slices the file may not be undone or exchanged: then the next one raises a
     ReferenceError. The first face of a rig takes longer, unless `prepare` was called before.
     """
-    units = _build(name, rig, parameters, offsets, collection, location, identity_keys, arkit)
-    return sliced(units)
+    known = (parameters, offsets)
+    return sliced(_build(name, rig, lambda: known, collection, location, identity_keys, arkit))
+
+
+def build_when(
+    name: str,
+    rig: FaceRig,
+    known: Callable[[], Known | None],
+    *,
+    collection: bpy.types.Collection | None = None,
+    location: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Steps[bpy.types.Object]:
+    """`build_steps` for a face whose shape is still being found: mesh, bones and skin come first.
+
+    known : asked then, once a slice or oftener, until it answers with (parameters, offsets) rather
+        than None; what it raises ends the building and leaves nothing.
+    """
+    return sliced(_build(name, rig, known, collection, location, False, False))
 
 
 def prepare(rig: FaceRig, *, identity_keys: bool = False, arkit: bool = False) -> None:
@@ -117,23 +136,14 @@ def prepare(rig: FaceRig, *, identity_keys: bool = False, arkit: bool = False) -
 def _build(
     name: str,
     rig: FaceRig,
-    parameters: FaceParameters,
-    offsets: NDArray | None,
+    known: Callable[[], Known | None],
     collection: bpy.types.Collection | None,
     location: tuple[float, float, float],
     identity_keys: bool,
     arkit: bool,
 ) -> Steps[bpy.types.Object]:
-    """The units of `build_steps`."""
-    if offsets is not None and np.shape(offsets) != (rig.n_vertices, 3):
-        raise ValueError(
-            f"offsets must have the shape {(rig.n_vertices, 3)}, got {np.shape(offsets)}"
-        )
-    intensities(parameters.aus)
-    neutral = rig.neutral(parameters.identity)
-    if identity_keys:
-        neutral = rig.neutral()
-    points = to_blender(neutral)
+    """The units of `build_steps` and `build_when`."""
+    points = to_blender(rig.neutral())
     collection = collection or bpy.context.scene.collection
     made: list[bpy.types.ID] = []
     try:
@@ -154,6 +164,17 @@ def _build(
         face = bpy.data.objects.new(name, mesh)
         made.append(face)
         yield from bind(face, armature, rig)
+        while (shape := known()) is None:
+            yield
+        parameters, offsets = shape
+        if offsets is not None and np.shape(offsets) != (rig.n_vertices, 3):
+            raise ValueError(
+                f"offsets must have the shape {(rig.n_vertices, 3)}, got {np.shape(offsets)}"
+            )
+        intensities(parameters.aus)
+        if not identity_keys:
+            points = to_blender(rig.neutral(parameters.identity))
+            write_places(mesh, points)
         add_properties(face, rig, parameters)
         yield
         yield from add_keys(face, rig, points, offsets, identity_keys=identity_keys, arkit=arkit)

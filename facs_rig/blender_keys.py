@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.blender_armature import drive, to_blender
-from facs_rig.blender_arrays import write_key
+from facs_rig.blender_arrays import WHOLE, write_key, write_places
 from facs_rig.blender_steps import Steps
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
@@ -98,6 +98,7 @@ def add_keys(
     if offsets is not None:
         add_fitted(face, moved(neutral, offsets))
         yield
+    write_places(face.data, neutral)
     for key in rig.keys:
         _drive_key(face, key.name, key.expression)
         yield
@@ -116,11 +117,18 @@ def add_fitted(face: bpy.types.Object, points: NDArray[np.float32]) -> None:
 def add_key(
     face: bpy.types.Object, name: str, points: NDArray[np.float32], least: float, most: float
 ) -> bpy.types.ShapeKey:
-    """A shape key (n, 3) at rest, and where its slider ends. RuntimeError if the name is taken."""
+    """A shape key (n, 3) at rest, and where its slider ends. RuntimeError if the name is taken.
+
+    A new key is a copy of the mesh's own vertices. Before 4.1 these are written ten times as
+    quickly as a key is, so that the key is made of them there; `add_keys` puts them back.
+    """
+    if not WHOLE:
+        write_places(face.data, points)
     block = face.shape_key_add(name=name, from_mix=False)
     if block.name != name:
         raise RuntimeError(f"Blender calls the shape key '{name}' '{block.name}'")
-    write_key(block, points)
+    if WHOLE:
+        write_key(block, points)
     block.slider_min, block.slider_max = least, most
     block.value = 0.0  # from Blender 5.0 keys begin at 1
     return block

@@ -27,13 +27,10 @@ from facs_rig.mesh import is_shape, triangle_normals, vertex_normals
 
 from .deltas import runs
 from .mapping import pixels_to_skin
+from .tweakables import DEEPEST, PROFILES, WIDEST
 
-__all__ = ["DEEPEST", "PROFILES", "WIDEST", "engrave"]
+__all__ = ["engrave"]
 
-PROFILES = {"crease": 0.15, "scar": 0.5}
-"""Height of the rims on both sides of a groove, as a share of its depth."""
-DEEPEST, WIDEST = 0.005, 0.02
-"""Metres, the greatest depth and width that can be asked for."""
 BOTTOM = 0.6
 """Share of the width, to either side of the line, at which the groove has risen to its rims."""
 CREST = 0.5

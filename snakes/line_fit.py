@@ -23,10 +23,7 @@ from .pull import pull_skin
 from .shape import HEAD, Evidence, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables
 
-__all__ = ["LINE_TWEAKABLES", "LineFit", "fit_lines", "unmatched_lines"]
-
-LINE_TWEAKABLES = ("smoothness", "max_delta", "soft_select_distance", "mirror")
-"""Those of the thesis' table that count here too; the others are of its own way alone."""
+__all__ = ["LineFit", "fit_lines", "unmatched_lines"]
 
 ANSWERS = 0.02
 """A line of the face answers one of the drawing that lies so near, as a share of the head."""

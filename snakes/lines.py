@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
+from skimage.measure import approximate_polygon
 from skimage.morphology import skeletonize
 
 from facs_rig import Camera
@@ -18,7 +19,7 @@ from .contours import Box, binarise, working_drawing
 
 __all__ = [
     "Draw", "Lines", "SurfaceLines", "centre_lines", "directions", "nearest_lines", "paths",
-    "spacing",
+    "polylines", "spacing",
 ]  # fmt: skip
 
 HEIGHT = 320
@@ -134,6 +135,15 @@ def _around(ring: csr_matrix, start: int) -> NDArray[np.intp]:
             return np.array(order)
         before, here = here, following[0]
         order.append(here)
+
+
+def polylines(lines: Lines, tolerance: float = 0.5) -> list[NDArray[np.float64]]:
+    """Lines as few-cornered polylines (k, 2) that stay within `tolerance` pixels of them.
+
+    Douglas & Peucker 1973, "Algorithms for the reduction of the number of points".
+    """
+    ordered = paths(lines.points, 1.6 * spacing(lines.points))
+    return [approximate_polygon(lines.points[path], tolerance) for path in ordered]
 
 
 def spacing(points: NDArray[np.floating]) -> float:

@@ -11,13 +11,25 @@ from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
-__all__ = ["CURVES", "SNAKE_TYPES", "WORKING_SIZE", "Tweakables", "describe"]
+__all__ = [
+    "CURVES", "DEEPEST", "LINE_TWEAKABLES", "PROFILES", "SNAKE_TYPES", "WIDEST", "WORKING_SIZE",
+    "Tweakables", "describe",
+]  # fmt: skip
 
 WORKING_SIZE = (91, 200)
 """Width and height in pixels of the images that the snakes work on."""
 
 SNAKE_TYPES = ("free", "fixed", "periodic")
 CURVES = ("smooth", "sphere", "root", "inverse_square", "sharp", "linear", "constant")
+
+LINE_TWEAKABLES = ("smoothness", "max_delta", "soft_select_distance", "mirror")
+"""Those of the thesis' table that count where lines are fitted too; the others are of its own way
+alone."""
+
+PROFILES = {"crease": 0.15, "scar": 0.5}
+"""Height of the rims on both sides of a carved groove, as a share of its depth."""
+DEEPEST, WIDEST = 0.005, 0.02
+"""Metres, the greatest depth and width of a carved stroke."""
 
 
 def _tweak(

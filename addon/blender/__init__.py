@@ -54,26 +54,48 @@ def _find_core() -> bool:
 _bundled = _find_core()
 
 from . import (  # noqa: E402  (the core must be found first)
+    detect_operators,
+    export_operators,
     expression_operators,
     face_operators,
     face_panel,
+    help_operators,
+    live,
+    memory,
     operators,
+    overlay,
     panel,
+    pencil_operators,
+    pin_operators,
+    preferences,
+    presets,
     properties,
     reporting,
     retarget_operators,
     retarget_panel,
+    sketch_panels,
 )
 
 _MODULES = (
+    preferences,
+    memory,
     properties,
+    help_operators,
     operators,
+    pencil_operators,
+    detect_operators,
+    pin_operators,
     face_operators,
     expression_operators,
+    export_operators,
     retarget_operators,
+    presets,
     panel,
+    sketch_panels,
     face_panel,
     retarget_panel,
+    overlay,
+    live,
 )
 
 

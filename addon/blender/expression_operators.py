@@ -12,13 +12,12 @@ from facs_rig import CONTROL_NAMES, FaceParameters, expressions, load_rig
 from facs_rig.blender_keys import FITTED
 from facs_rig.blender_pose import (
     check_face,
-    has_identity_keys,
     key_pose,
     pose_of,
-    set_identity,
     set_pose,
     straighten_eyes,
 )
+from facs_rig.blender_reshape import reshape
 
 from . import faces
 from .reporting import reported
@@ -160,7 +159,7 @@ class SKETCHTOFACE_OT_load_expression(faces.OnFace, bpy.types.Operator, ImportHe
         "head": BoolProperty(**_HEAD),
         "person": BoolProperty(
             name="The Person Too",
-            description="Become the person in the file, if there is one and the face can",
+            description="Become the person in the file, if there is one",
             options={"SKIP_SAVE"},
         ),
     }
@@ -171,8 +170,8 @@ class SKETCHTOFACE_OT_load_expression(faces.OnFace, bpy.types.Operator, ImportHe
             face = faces.active_face(context)
             check_face(face)
             parameters = expressions.read(bpy.path.abspath(self.filepath))
-            if self.person and parameters.identity and has_identity_keys(face):
-                set_identity(face, load_rig(), parameters.identity)
+            if self.person and parameters.identity:
+                reshape(face, load_rig(), parameters.identity)
             set_pose(face, parameters, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 

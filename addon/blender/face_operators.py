@@ -27,8 +27,8 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
     __annotations__ = {
         "identity_keys": BoolProperty(
             name="Identity Sliders",
-            description="Let gender, age, ethnicity and features be changed later; without them "
-            "the face is lighter",
+            description="Keep gender, age, ethnicity and features in shape keys: their sliders are "
+            "quicker, and the face is heavier",
             default=True,
             options={"SKIP_SAVE"},
         ),
@@ -85,22 +85,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
-class _OnPerson(faces.OnFace):
-    """An operator that needs an active face with identity keys."""
-
-    @classmethod
-    def poll(cls, context):
-        """The face's identity must not be baked."""
-        from facs_rig.blender_pose import has_identity_keys
-
-        face = faces.active_face(context)
-        if face is None or not has_identity_keys(face):
-            cls.poll_message_set("Select a face that was added with identity sliders")
-            return False
-        return True
-
-
-class SKETCHTOFACE_OT_random_person(_OnPerson, bpy.types.Operator):
+class SKETCHTOFACE_OT_random_person(faces.OnFace, bpy.types.Operator):
     """Make the face somebody else; the expression stays"""
 
     bl_idname = "sketch_to_face.random_person"
@@ -118,7 +103,7 @@ class SKETCHTOFACE_OT_random_person(_OnPerson, bpy.types.Operator):
         return _become(self, context, _any_person(self.seed))
 
 
-class SKETCHTOFACE_OT_plain_person(_OnPerson, bpy.types.Operator):
+class SKETCHTOFACE_OT_plain_person(faces.OnFace, bpy.types.Operator):
     """Set every identity slider back; the expression stays"""
 
     bl_idname = "sketch_to_face.plain_person"
@@ -131,11 +116,11 @@ class SKETCHTOFACE_OT_plain_person(_OnPerson, bpy.types.Operator):
 
 
 def _become(operator, context, identity: dict[str, float]) -> set[str]:
-    from facs_rig.blender_pose import set_identity
+    from facs_rig.blender_reshape import reshape
     from facs_rig.rig import load_rig
 
     with reported(operator, ValueError) as outcome:
-        set_identity(faces.active_face(context), load_rig(), identity)
+        reshape(faces.active_face(context), load_rig(), identity)
     return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 

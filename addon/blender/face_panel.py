@@ -4,8 +4,8 @@ import bpy
 
 from facs_rig import CONTROLS, IDENTITY, Control, Feature
 from facs_rig.blender_armature import HEAD, NECK, ORDER
-from facs_rig.blender_keys import FITTED, GAZE
-from facs_rig.blender_pose import armature_of, has_identity_keys
+from facs_rig.blender_keys import GAZE
+from facs_rig.blender_pose import armature_of
 
 from . import expression_operators as expression
 from . import face_operators, faces
@@ -67,8 +67,9 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
     """What can be done with the expression as a whole."""
 
     bl_idname = "SKETCHTOFACE_PT_face"
-    bl_label = "Face"
-    bl_order = 1
+    bl_label = "Expression"
+    bl_order = 4
+    page = "expression"
 
     @classmethod
     def poll(cls, context):
@@ -108,9 +109,6 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
             row.operator(reset, text="As Drawn").to = "SKETCH"
         row.operator(expression.SKETCHTOFACE_OT_key_expression.bl_idname, text="Key",
                      icon="KEY_HLT")  # fmt: skip
-        fitted = face.data.shape_keys.key_blocks.get(FITTED)
-        if fitted is not None:
-            self.layout.prop(fitted, "value", text="Fitted Details", slider=True)
         self.layout.prop(context.scene.sketch_to_face, "one_sided")
 
 
@@ -154,7 +152,7 @@ class SKETCHTOFACE_PT_head(OfFace, bpy.types.Panel):
 
     bl_idname = "SKETCHTOFACE_PT_head"
     bl_label = "Head and Eyes"
-    bl_order = 3
+    bl_order = 5
 
     def draw(self, context):
         """Gaze, head and neck, in degrees."""
@@ -181,15 +179,11 @@ class SKETCHTOFACE_PT_wrinkles(OfFace, bpy.types.Panel):
 
     bl_idname = "SKETCHTOFACE_PT_wrinkles"
     bl_label = "Wrinkles"
-    bl_order = 4
+    bl_order = 6
 
     def draw(self, context):
-        """Part of the person where that can be changed, else a slider of the face."""
-        face = faces.active_face(context)
-        if has_identity_keys(face):
-            self.layout.prop(face.sketch_to_face.identity, WRINKLES, slider=True)
-        else:
-            _slider(self.layout, face, "crease_gain", "Depth of creases")
+        """Part of the person."""
+        self.layout.prop(faces.active_face(context).sketch_to_face.identity, WRINKLES, slider=True)
 
 
 class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
@@ -198,12 +192,7 @@ class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
     bl_idname = "SKETCHTOFACE_PT_identity"
     bl_label = "Person"
     bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 5
-
-    @classmethod
-    def poll(cls, context):
-        """Only where the person can be changed."""
-        return super().poll(context) and has_identity_keys(faces.active_face(context))
+    bl_order = 7
 
     def draw(self, context):
         """Somebody else, or everybody's average."""

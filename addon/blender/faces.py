@@ -4,16 +4,23 @@ import bpy
 
 from facs_rig.blender_pose import check_face, is_face
 
+from . import sources
+
 
 def active_face(context) -> bpy.types.Object | None:
-    """The face that the artist works on: the active object, or the one its rig carries."""
+    """The face that the artist works on: the active object, the one that the active rig carries,
+    or the one that was made last of the active Grease Pencil drawing."""
     active = context.active_object
     if active is None:
         return None
     for candidate in (active, *active.children):
         if is_face(candidate):
             return candidate
-    return None
+    if active.type not in sources.PENCILS:
+        return None
+    drawn = [o for o in context.scene.objects if is_face(o)
+             and o.sketch_to_face.number and o.sketch_to_face.sketch_pencil == active]  # fmt: skip
+    return max(drawn, key=lambda face: face.sketch_to_face.number, default=None)
 
 
 def trouble(face: bpy.types.Object) -> str:
@@ -31,8 +38,12 @@ class OnFace:
     @classmethod
     def poll(cls, context):
         """A face must be active."""
-        if active_face(context) is None:
+        face = active_face(context)
+        if face is None:
             cls.poll_message_set("Select a face that Sketch to Face made")
+            return False
+        if face.library is not None or face.data.library is not None:
+            cls.poll_message_set("This face is linked from another file: make it local first")
             return False
         return True
 

@@ -1,13 +1,21 @@
-"""The buttons of the sketch. Each reads the context, calls the core, writes back, reports."""
+"""The buttons of the sketch: a new face of it, the same face once more, defaults."""
 
 import bpy
 from bpy.props import BoolProperty
 
-from . import faces, properties
-from .reporting import reported
+from addon.accepted import SketchError
+
+from . import faces, properties, sketching
+from .work import InSlices
 
 
-def _frame(context, face: bpy.types.Object) -> None:
+def to_object_mode(context) -> None:
+    """Leave drawing, sculpting or editing: a new object cannot be added there."""
+    if context.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def look_at(context, face: bpy.types.Object) -> None:
     """Look at the face's front in the 3D view that the button is in (a head is 25 cm tall)."""
     area = context.area
     if area is None or area.type != "VIEW_3D" or bpy.app.background:
@@ -21,7 +29,7 @@ def _frame(context, face: bpy.types.Object) -> None:
         bpy.ops.view3d.view_selected()
 
 
-class SKETCHTOFACE_OT_fit(bpy.types.Operator):
+class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
     """Read the sketch and build its face: expression, head and details as sliders"""
 
     bl_idname = "sketch_to_face.fit"
@@ -29,56 +37,68 @@ class SKETCHTOFACE_OT_fit(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
     __annotations__ = {
         "frame": BoolProperty(
-            name="Look at it", description="Turn the 3D view to the new face", default=True
+            name="Look at It", description="Turn the 3D view to the new face", default=True
         ),
     }
+    expected = SketchError
+
+    def steps(self, context):
+        """Fit, build, remember, frame."""
+        to_object_mode(context)
+        face, found = yield from sketching.new_face(context, context.scene.sketch_to_face)
+        faces.select_alone(context, face)
+        if self.frame:
+            look_at(context, face)
+        kind, said = sketching.sentence(face, found.fit)
+        self.report({kind}, said)
+        return {"FINISHED"}
+
+
+class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnFace, bpy.types.Operator):
+    """Fit this face to its sketch once more; locked actions, pins, gaze and keyframes stay"""
+
+    bl_idname = "sketch_to_face.fit_again"
+    bl_label = "Fit Again"
+    bl_options = {"REGISTER", "UNDO"}
+    expected = SketchError
 
     @classmethod
     def poll(cls, context):
-        """Only in Object Mode: a new object cannot be added anywhere else."""
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
+        """The active face must be of a sketch, and not in Edit Mode."""
+        face = faces.active_face(context)
+        if face is None or not face.sketch_to_face.number:
+            cls.poll_message_set("Select a face that was made of a sketch")
             return False
-        return True
+        if face.mode == "EDIT":
+            cls.poll_message_set("Leave Edit Mode first")
+            return False
+        return super().poll(context)
 
-    def execute(self, context):
-        """Fit, build, remember, frame."""
-        settings = context.scene.sketch_to_face
-        if context.window:
-            context.window.cursor_modal_set("WAIT")
-        try:
-            with reported(self) as outcome:
-                face, fit = self._make(context, settings)
-        finally:
-            if context.window:
-                context.window.cursor_modal_restore()
-        if outcome.failed:
-            return {"CANCELLED"}
-        if self.frame:
-            _frame(context, face)
-        names = [name for name, active in fit.detection.active.items() if active]
-        said = f"{face.name}: {', '.join(names) or 'no expression found'}"
-        others = fit.detection.left_out()
-        self.report({"WARNING" if others else "INFO"}, f"{said}. {others}" if others else said)
+    def steps(self, context):
+        """Fit, reshape, remember."""
+        face = faces.active_face(context)
+        found = yield from sketching.again(context, face)
+        kind, said = sketching.sentence(face, found.fit)
+        self.report({kind}, said)
         return {"FINISHED"}
 
-    def _make(self, context, settings):
-        from addon import pipeline
-        from facs_rig.blender import build_face
 
-        path = properties.sketch_path(settings)
-        fit = pipeline.fit(path, properties.fit_options(settings))
-        face = build_face(
-            path.stem,
-            fit.rig,
-            fit.parameters,
-            fit.offsets,
-            collection=context.collection,
-            location=context.scene.cursor.location,
-        )
-        properties.remember(face, settings.sketch, fit)
-        faces.select_alone(context, face)
-        return face, fit
+class SKETCHTOFACE_OT_adopt_sketch(faces.OnFace, bpy.types.Operator):
+    """Let this face be of the sketch chosen above; Fit Again then follows that one"""
+
+    bl_idname = "sketch_to_face.adopt_sketch"
+    bl_label = "Use the Chosen Sketch"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Copy which sketch is meant; pins belong to the old one."""
+        from . import sources
+
+        memory = faces.active_face(context).sketch_to_face
+        sources.copy(context.scene.sketch_to_face, memory)
+        memory.pins.clear()
+        memory.number = memory.number or 1
+        return {"FINISHED"}
 
 
 class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
@@ -98,7 +118,12 @@ class SKETCHTOFACE_OT_default_tweakables(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (SKETCHTOFACE_OT_fit, SKETCHTOFACE_OT_default_tweakables)
+CLASSES = (
+    SKETCHTOFACE_OT_fit,
+    SKETCHTOFACE_OT_fit_again,
+    SKETCHTOFACE_OT_adopt_sketch,
+    SKETCHTOFACE_OT_default_tweakables,
+)
 
 
 def register() -> None:

@@ -1,29 +1,28 @@
-"""The tab "Sketch to Face" in the sidebar of the 3D view."""
+"""The tab "Sketch to Face" in the sidebar of the 3D view, and its first panel: the sketch."""
 
 from pathlib import Path
 
 import bpy
 import bpy.utils.previews
 
-from facs_rig import CONTROLS
-from snakes import LINE_TWEAKABLES
-
-from . import faces, operators, properties
+from . import help_operators, operators, pencil_operators, sources, work
 
 TAB = "Sketch to Face"
 
 _thumbnails = None  # Blender's preview collection, while registered
 
 
-def thumbnail(sketch: str) -> int:
+def thumbnail(holder) -> int:
     """Icon of the chosen sketch, 0 if there is none; a file that changed is read again."""
-    path = Path(bpy.path.abspath(sketch))
+    if holder.sketch_kind == "IMAGE" and holder.sketch_image is not None:
+        return holder.sketch_image.preview_ensure().icon_id
+    path = Path(bpy.path.abspath(holder.sketch))
     try:
-        if not sketch or not path.is_file():
+        if holder.sketch_kind != "FILE" or not holder.sketch or not path.is_file():
             return 0
-        name = f"{path} {path.stat().st_mtime_ns}"
     except (OSError, ValueError):  # a path that the system cannot even look up
         return 0
+    name = sources.file_mark(path)
     if name not in _thumbnails:
         _thumbnails.clear()
         _thumbnails.load(name, str(path), "IMAGE")
@@ -31,111 +30,73 @@ def thumbnail(sketch: str) -> int:
 
 
 class Tab:
-    """Where the panels are."""
+    """Where the panels are. `page` is the page of the manual about a panel."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = TAB
+    page = ""
+
+    def draw_header_preset(self, context):
+        """A question mark that opens the manual."""
+        if self.page:
+            button = self.layout.row()
+            button.emboss = "NONE"
+            button.operator(
+                help_operators.SKETCHTOFACE_OT_help.bl_idname, text="", icon="HELP"
+            ).page = self.page
+
+
+def progress(layout) -> None:
+    """How far the work is, and how to stop it."""
+    tick = work.now
+    text = f"{tick.text[:1].upper()}{tick.text[1:]} …"
+    if hasattr(layout, "progress"):  # Blender 4.0 and newer
+        layout.progress(factor=tick.share, text=text)
+    else:
+        layout.label(text=f"{text} {tick.share:.0%}", icon="SORTTIME")
+    layout.label(text="Esc stops it", icon="CANCEL")
 
 
 class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
     """The sketch and the big button."""
 
     bl_idname = "SKETCHTOFACE_PT_sketch"
-    bl_label = "Sketch to Face"
+    bl_label = "Sketch"
     bl_order = 0
+    page = "sketch"
 
     def draw(self, context):
-        """File field, the sketch itself, button."""
+        """Where the sketch is, the sketch itself, the button."""
         column = self.layout.column()
         settings = context.scene.sketch_to_face
-        column.prop(settings, "sketch", text="")
-        picture = thumbnail(settings.sketch)
+        row = column.row(align=True)
+        row.prop(settings, "sketch_kind", expand=True)
+        if settings.sketch_kind == "FILE":
+            column.prop(settings, "sketch", text="")
+        elif settings.sketch_kind == "IMAGE":
+            column.template_ID(settings, "sketch_image", open="image.open")
+        else:
+            column.prop(settings, "sketch_pencil", text="", icon="OUTLINER_OB_GREASEPENCIL")
+            column.operator(
+                pencil_operators.SKETCHTOFACE_OT_new_drawing.bl_idname, icon="GREASEPENCIL"
+            )
+        picture = thumbnail(settings)
         if picture:
             column.template_icon(icon_value=picture, scale=7.0)
+        if work.now is not None:
+            progress(column)
+            return
         button = column.column()
         button.scale_y = 1.8
         button.operator(operators.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
 
 
-class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
-    """The thesis' table, folded away."""
-
-    bl_idname = "SKETCHTOFACE_PT_tweakables"
-    bl_parent_id = SKETCHTOFACE_PT_sketch.bl_idname
-    bl_label = "Tweakables"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, context):
-        """One row each, then the defaults button."""
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        settings = context.scene.sketch_to_face
-        column = layout.column()
-        column.prop(settings, "place_head")
-        if settings.place_head:
-            for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
-                column.prop(settings, "head_box", index=index, text=side)
-        column.prop(settings, "method")
-        column.separator()
-        group = settings.tweakables
-        for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
-            if settings.method == "thesis" or name in LINE_TWEAKABLES:
-                column.prop(group, name)
-        column.separator()
-        column.prop(settings, "strokes", text="Strokes")
-        if settings.strokes != "ignore":
-            for name in ("stroke_profile", "stroke_depth", "stroke_width"):
-                column.prop(settings, name)
-        layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
-
-
-class SKETCHTOFACE_PT_detected(Tab, bpy.types.Panel):
-    """What was read from the sketch."""
-
-    bl_idname = "SKETCHTOFACE_PT_detected"
-    bl_label = "Read From the Sketch"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 2
-
-    @classmethod
-    def poll(cls, context):
-        """Nothing was read for a face that was just added."""
-        face = faces.active_face(context)
-        return face is not None and len(face.sketch_to_face.detections) > 0
-
-    def draw(self, context):
-        """A row for each action unit: found or not, how sure."""
-        face = faces.active_face(context)
-        column = self.layout.column(align=True)
-        column.scale_y = 0.85
-        for item in face.sketch_to_face.detections:
-            row = column.row(align=True)
-            row.active = item.active
-            icon = "CHECKMARK" if item.active else "BLANK1"
-            if hasattr(row, "progress"):  # Blender 4.0 and newer
-                row.label(text=LABELS.get(item.name, item.name), icon=icon)
-                row.progress(factor=item.probability, text=f"{item.probability:.0%}")
-            else:
-                split = row.split(factor=0.72, align=True)
-                split.label(text=LABELS.get(item.name, item.name), icon=icon)
-                value = split.row()
-                value.alignment = "RIGHT"
-                value.label(text=f"{item.probability:.0%}")
-
-
-LABELS = {control.name: control.label for control in CONTROLS}
-
-CLASSES = (
-    SKETCHTOFACE_PT_sketch,
-    SKETCHTOFACE_PT_tweakables,
-    SKETCHTOFACE_PT_detected,
-)
+CLASSES = (SKETCHTOFACE_PT_sketch,)
 
 
 def register() -> None:
-    """Register the panels, parents first."""
+    """Register the panel."""
     global _thumbnails
     _thumbnails = bpy.utils.previews.new()
     for cls in CLASSES:

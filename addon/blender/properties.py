@@ -1,27 +1,22 @@
-"""What Blender keeps: the sketch and the tweakables (scene), what was read from it (object)."""
+"""What the scene keeps: the next sketch, the tweakables, how to fit."""
 
 import dataclasses
-from pathlib import Path
 
 import bpy
 from bpy.props import (
     BoolProperty,
-    CollectionProperty,
     EnumProperty,
     FloatProperty,
-    FloatVectorProperty,
     IntProperty,
     IntVectorProperty,
     PointerProperty,
     StringProperty,
 )
 
-from addon.drawing import SketchError
 from addon.storyboard import EVERY
-from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
-from facs_rig.blender_keys import FITTED
-from facs_rig.blender_pose import identity_of, set_identity
 from snakes import DEEPEST, WIDEST, Tweakables
+
+from . import memory, preferences, sources
 
 _LIMITS = {"minimum": "min", "maximum": "max"}
 
@@ -71,48 +66,11 @@ def tweakables(group) -> Tweakables:
     return Tweakables(**{name: _six_digits(getattr(group, name)) for name in names})
 
 
-def _identity_property(feature):
-    """A live slider of one identity parameter; the face itself keeps the value."""
-
-    def get(self) -> float:
-        return identity_of(self.id_data).get(feature.name, feature.default)
-
-    def put(self, value: float) -> None:
-        face = self.id_data
-        set_identity(face, load_rig(), {**identity_of(face), feature.name: value})
-
-    return FloatProperty(
-        name=feature.label,
-        min=feature.minimum,
-        max=feature.maximum,
-        default=feature.default,
-        precision=2,
-        step=5,
-        get=get,
-        set=put,
-        options=set(),  # not animated: an expression is, a person is not
-    )
-
-
-SKETCHTOFACE_PG_identity = type(
-    "SKETCHTOFACE_PG_identity",
-    (bpy.types.PropertyGroup,),
-    {
-        "__doc__": "Who a face with identity keys is, one property for each parameter.",
-        "__annotations__": {f.name: _identity_property(f) for f in IDENTITY},
-    },
-)
-
-
 class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
     """The settings of the tab, kept in the scene."""
 
     __annotations__ = {
-        "sketch": StringProperty(
-            name="Sketch",
-            description="The drawing of a face: PNG, JPEG or whatever your scanner writes",
-            subtype="FILE_PATH",
-        ),
+        **sources.fields(),
         "place_head": BoolProperty(
             name="Place the Head by Hand",
             description="Say where the head is in the sketch instead of letting it be found",
@@ -129,6 +87,7 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             description="How the face is brought to the drawing",
             items=[
                 ("lines", "By Lines", "Person and expression first, then its lines onto the drawn"),
+                ("shape", "Person Only", "Person and expression; the skin stays smooth. Quickest"),
                 ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
             ],
         ),
@@ -168,12 +127,18 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
             name="Storyboard",
             description="The folder of sketches that become key poses, in the order of their names",
             subtype="DIR_PATH",
+            options=preferences.RELATIVE,
         ),
         "storyboard_every": IntProperty(
             name="Frames Apart",
             description="From one sketch's key pose to the next",
             default=EVERY,
             min=1,
+        ),
+        "overlay": BoolProperty(
+            name="Overlay",
+            description="Show the lines of the sketch and of the active face over each other, in "
+            "the front view",
         ),
         "one_sided": BoolProperty(
             name="One-Sided",
@@ -185,23 +150,19 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
 FIT_SETTINGS = ("method", "strokes", "stroke_profile", "stroke_depth", "stroke_width")
 
 
-def sketch_path(settings) -> Path:
-    """The chosen sketch's file. SketchError, one sentence, if none is chosen."""
-    if not settings.sketch.strip():
-        raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
-    return Path(bpy.path.abspath(settings.sketch)).expanduser()
-
-
-def fit_options(settings):
-    """The pipeline's options as the scene's settings have them."""
-    from addon import pipeline  # late: Blender starts faster without what only a fit needs
-
-    box = ",".join(map(str, settings.head_box)) if settings.place_head else None
-    return pipeline.FitOptions(
-        tweakables=tweakables(settings.tweakables),
-        align=box,
-        **{name: _six_digits(getattr(settings, name)) for name in FIT_SETTINGS},
-    )
+def fit_values(context, face=None) -> dict:
+    """What `addon.pipeline.FitOptions` is made of, as the scene has it and, of a face, as its
+    artist has decided; without pins, which are places on the page that only reading brings."""
+    settings = context.scene.sketch_to_face
+    values = {name: _six_digits(getattr(settings, name)) for name in FIT_SETTINGS}
+    if values["method"] == "lines" and preferences.of(context).quality == "QUICK":
+        values["method"] = "shape"
+    return {
+        "tweakables": tweakables(settings.tweakables),
+        "align": ",".join(map(str, settings.head_box)) if settings.place_head else None,
+        "expression": memory.settled(face) if face else {},
+        **values,
+    }
 
 
 def _six_digits(value):
@@ -209,88 +170,21 @@ def _six_digits(value):
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
-    """One action unit as it was read from the sketch; `name` is the control's name."""
-
-    __annotations__ = {
-        "probability": FloatProperty(name="Probability", min=0.0, max=1.0, subtype="FACTOR"),
-        "active": BoolProperty(name="Active"),
-        "intensity": FloatProperty(name="Intensity", min=0.0, max=5.0),
-    }
-
-
-class SKETCHTOFACE_PG_slider(bpy.types.PropertyGroup):
-    """The value that a slider got from the sketch; `name` is the control's name or "Fitted"."""
-
-    __annotations__ = {"value": FloatProperty(name="Value")}
-
-
-class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
-    """What a face object remembers of its sketch, and the sliders of who it is."""
-
-    __annotations__ = {
-        "identity": PointerProperty(type=SKETCHTOFACE_PG_identity),
-        "sketch": StringProperty(name="Sketch", description="The drawing that this face is from"),
-        "number": IntProperty(
-            name="Number", description="Which of this file's sketches it was, counted from 1"
-        ),
-        "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
-        "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
-        "head": FloatVectorProperty(name="Head", subtype="EULER", size=3),
-        "neck": FloatVectorProperty(name="Neck", subtype="EULER", size=3),
-        "contour_error_px": FloatVectorProperty(
-            name="Contour error",
-            description="Pixels between the sketch and the template, the expression, the fit",
-            size=3,
-        ),
-    }
-
-
-def remember(face, sketch: str, fit) -> None:
-    """Write what `fit` (addon.pipeline.FaceFit) says of the sketch to the face object."""
-    settings = face.sketch_to_face
-    settings.sketch = sketch
-    settings.number = 1 + max(other.sketch_to_face.number for other in bpy.data.objects)
-    settings.detections.clear()
-    for name, probability in fit.detection.probabilities.items():
-        item = settings.detections.add()
-        item.name = name
-        item.probability = probability
-        item.active = fit.detection.active[name]
-        item.intensity = fit.detection.intensities[name]
-    settings.expression.clear()
-    drawn = {name: face[name] for name in CONTROL_NAMES}
-    drawn[FITTED] = face.data.shape_keys.key_blocks[FITTED].value
-    for name, value in drawn.items():
-        item = settings.expression.add()
-        item.name = name
-        item.value = value
-    settings.head, settings.neck = fit.parameters.head, fit.parameters.neck
-    error = fit.contour_error_px
-    settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]
-
-
 CLASSES = (
     SKETCHTOFACE_PG_tweakables,
-    SKETCHTOFACE_PG_identity,
     SKETCHTOFACE_PG_scene,
-    SKETCHTOFACE_PG_detection,
-    SKETCHTOFACE_PG_slider,
-    SKETCHTOFACE_PG_face,
 )
 
 
 def register() -> None:
-    """Register the groups and hang them on scenes and objects."""
+    """Register the groups and hang them on scenes."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_scene)
-    bpy.types.Object.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_face)
 
 
 def unregister() -> None:
     """The reverse of register."""
-    del bpy.types.Object.sketch_to_face
     del bpy.types.Scene.sketch_to_face
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

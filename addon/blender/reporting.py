@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from addon.drawing import SketchError
+from addon.accepted import SketchError
 
 LOG_NAME = "sketch_to_face.log"
 RAISE = "SKETCH_TO_FACE_RAISE"  # environment variable: tests and developers want the traceback
@@ -39,7 +39,8 @@ def log_path() -> Path:
     return Path(folder) / LOG_NAME
 
 
-def _write_log(title: str) -> Path:
+def log(title: str) -> Path:
+    """Write the error that is being handled to the log file; returns where that is."""
     path = log_path()
     if not _log.handlers:
         handler = RotatingFileHandler(
@@ -67,11 +68,11 @@ def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchEr
         operator.report({"ERROR"}, _sentence(error))
     except ValueError as error:
         outcome.failed = True
-        _write_log(operator.bl_label)
+        log(operator.bl_label)
         operator.report({"ERROR"}, str(error))
     except Exception as error:
         outcome.failed = True
-        path = _write_log(operator.bl_label)
+        path = log(operator.bl_label)
         if os.environ.get(RAISE):
             raise
         operator.report(

@@ -6,14 +6,14 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty
 
-from addon.drawing import SketchError
+from addon.accepted import SketchError
 from addon.storyboard import sketches_in
 from facs_rig import FaceParameters
 from facs_rig.blender_pose import is_face, pose_of
 from facs_rig.blender_retarget import Worn, check_wearer, wear
 
-from . import faces, properties
-from .reporting import reported
+from . import faces, preferences, sketching
+from .work import InSlices, Steps, away
 
 MOST_NAMES = 5  # in a sentence; beyond that nobody reads them
 
@@ -86,7 +86,7 @@ class OnMeshes:
         return True
 
 
-class SKETCHTOFACE_OT_apply_expression(OnMeshes, bpy.types.Operator):
+class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
     """Put an expression on the selected meshes, whatever convention their shape keys follow"""
 
     bl_idname = "sketch_to_face.apply_expression"
@@ -106,35 +106,27 @@ class SKETCHTOFACE_OT_apply_expression(OnMeshes, bpy.types.Operator):
         ),
     }
 
-    def execute(self, context):
+    def steps(self, context):
         """Read the expression, put it on each mesh, say what was not found."""
         worn, failed = {}, {}
-        with reported(self, ValueError) as outcome:
-            aus, source = self._expression(context)
-            for mesh in wearers(context, source):
-                try:
-                    frame = context.scene.frame_current if self.keyframes else None
-                    worn[mesh.name] = wear(mesh, FaceParameters(aus), frame=frame)
-                except ValueError as error:
-                    failed[mesh.name] = str(error)
-            if not worn:
-                raise ValueError("; ".join(failed.values()))
-        if outcome.failed:
-            return {"CANCELLED"}
+        source = giver(context) if self.source == "FACE" else None
+        meshes = [mesh.name for mesh in wearers(context, source)]
+        if source is not None:
+            aus = pose_of(source).aus
+        else:
+            read = sketching.expression(context, context.scene.sketch_to_face)
+            aus = (yield from away(read, "reading the sketch")).aus
+        for name in meshes:
+            try:
+                frame = context.scene.frame_current if self.keyframes else None
+                worn[name] = wear(bpy.data.objects[name], FaceParameters(aus), frame=frame)
+            except ValueError as error:
+                failed[name] = str(error)
+        if not worn:
+            raise ValueError("; ".join(failed.values()))
         lost = failed or any(w.unshown or w.driven for w in worn.values())
         self.report({"WARNING" if lost else "INFO"}, outcome_of(worn, failed))
         return {"FINISHED"}
-
-    def _expression(self, context):
-        """The expression and the face that gives it, None for a sketch."""
-        if self.source == "FACE":
-            face = giver(context)
-            return pose_of(face).aus, face
-        from addon import pipeline
-
-        settings = context.scene.sketch_to_face
-        path = properties.sketch_path(settings)
-        return pipeline.read_expression(path, properties.fit_options(settings).align).aus, None
 
 
 class Storyboard:
@@ -167,18 +159,25 @@ class Storyboard:
         """How many sketches are still to be read."""
         return len(self.sketches) - self.done
 
-    def step(self) -> None:
+    def step(self, threads: int) -> Steps:
         """Read the next sketch and key it; one that cannot be read keeps its place empty."""
-        from addon import pipeline
-
         path, frame = self.sketches[self.done], self.first + self.done * self.every
-        self.done += 1
+
+        def read(_progress):
+            from addon import pipeline
+
+            return pipeline.read_expression(path, detector=sketching.detector(threads))
+
+        text = f"{self.done + 1} of {len(self.sketches)}, {path.name}"
+        share = 1 / len(self.sketches)
         try:
-            pose = pipeline.read_expression(path)
+            pose = yield from away(read, text, self.done * share, (self.done + 1) * share)
         except SketchError as error:
+            self.done += 1
             self.bad.append(path.name)
             self.troubles.append(str(error))
             return
+        self.done += 1
         for name in self.names:
             wear(bpy.data.objects[name], pose, frame=frame, turn=self.turn)
         self.keyed.append(frame)
@@ -194,7 +193,7 @@ class Storyboard:
         return said + (f"; left out {some(self.bad)}" if self.bad else "")
 
 
-class SKETCHTOFACE_OT_storyboard(OnMeshes, bpy.types.Operator):
+class SKETCHTOFACE_OT_storyboard(InSlices, OnMeshes, bpy.types.Operator):
     """Make each sketch of the folder a key pose of the selected faces or meshes, from the current
     frame on"""
 
@@ -210,76 +209,28 @@ class SKETCHTOFACE_OT_storyboard(OnMeshes, bpy.types.Operator):
         ),
     }
 
-    _timer = None
+    def steps(self, context):
+        """One sketch after the other."""
+        self._job = Storyboard(context, self.head)
+        threads = preferences.of(context).threads
+        while self._job.remaining:
+            yield from self._job.step(threads)
+        return self._end(context)
 
-    def execute(self, context):
-        """All sketches in one go."""
-        if not self._begin(context):
-            return {"CANCELLED"}
-        with reported(self, ValueError) as outcome:
-            while self._job.remaining:
-                self._job.step()
-        return self._end(context, outcome.failed)
+    def stopped(self, context):
+        """What is done stays."""
+        return self._end(context)
 
-    def invoke(self, context, event):
-        """One sketch at a time, so that Blender stays awake and Escape is heard."""
-        if bpy.app.background:
-            return self.execute(context)
-        if not self._begin(context):
-            return {"CANCELLED"}
-        manager = context.window_manager
-        manager.progress_begin(0, len(self._job.sketches))
-        self._timer = manager.event_timer_add(0.01, window=context.window)
-        manager.modal_handler_add(self)
-        self._tell(context)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        """A sketch for each tick. Nothing else gets through: the scene must stay as it is."""
-        if event.type == "ESC":
-            return self._end(context)
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        with reported(self, ValueError) as outcome:
-            self._job.step()
-        if outcome.failed or not self._job.remaining:
-            return self._end(context, outcome.failed)
-        self._tell(context)
-        return {"RUNNING_MODAL"}
-
-    def cancel(self, context):
-        """Blender closes: only the timer is ours to put away."""
-        self._put_away(context)
-
-    def _begin(self, context) -> bool:
-        with reported(self, ValueError) as outcome:
-            self._job = Storyboard(context, self.head)
-        return not outcome.failed
-
-    def _tell(self, context) -> None:
+    def _end(self, context):
+        """Show the frame that was shown, say what came of it."""
         job = self._job
-        context.window_manager.progress_update(job.done)
-        place = f"{job.done + 1} of {len(job.sketches)}, {job.sketches[job.done].name}"
-        context.workspace.status_text_set(f"Storyboard: {place}    Esc: stop, keep what is done")
-
-    def _put_away(self, context) -> None:
-        if self._timer is not None:
-            context.window_manager.event_timer_remove(self._timer)
-            context.window_manager.progress_end()
-            context.workspace.status_text_set(None)
-            self._timer = None
-
-    def _end(self, context, failed: bool = False):
-        """Put everything back, show the frame that was shown, say what came of it."""
-        job = self._job
-        self._put_away(context)
         for trouble in job.troubles:
             self.report({"WARNING"}, trouble)
         if job.keyed:
             context.scene.frame_set(job.first)
             self.report({"WARNING" if job.troubles or job.remaining else "INFO"}, job.sentence())
             return {"FINISHED"}
-        if job.bad and not failed:
+        if job.bad:
             self.report({"ERROR"}, f"None of the sketches could be read: {job.troubles[-1]}")
         return {"CANCELLED"}
 

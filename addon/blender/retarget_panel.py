@@ -12,7 +12,8 @@ class SKETCHTOFACE_PT_retarget(Tab, bpy.types.Panel):
     bl_idname = "SKETCHTOFACE_PT_retarget"
     bl_label = "On Any Rig"
     bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 6
+    bl_order = 8
+    page = "any_rig"
 
     def draw(self, context):
         """The two sources of an expression, then the storyboard's folder, pace and button."""

@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from .archive import read_zip, write_zip
+from .manual import manual
 from .wheels import OLD, BuildError, known, packed_as, third_party
 
 NAME = "sketch_to_face"
@@ -35,6 +36,7 @@ def shell(root: Path = ROOT) -> dict[str, bytes]:
         raise BuildError("addon/blender/__init__.py states no version in its bl_info.")
     files["__init__.py"] = start.encode()
     files["LICENSE"] = (root / "LICENSE").read_bytes()
+    files |= {f"manual/{name}": data for name, data in manual(root).items()}
     return files
 
 

@@ -441,8 +441,21 @@ def test_other_panels_draw_for_added_and_baked_faces(shell):
     face.parent.pose.bones["head"].rotation_mode = "QUATERNION"
     assert len(Layout.of(face_panel.SKETCHTOFACE_PT_head).props) == 5
     add(identity_keys=False)
-    assert not face_panel.SKETCHTOFACE_PT_identity.poll(bpy.context)
-    assert Layout.of(face_panel.SKETCHTOFACE_PT_wrinkles).props[0][0] == '["crease_gain"]'
+    assert face_panel.SKETCHTOFACE_PT_identity.poll(bpy.context)
+
+
+def test_a_baked_face_becomes_another_person_by_its_sliders(shell, rig, evaluated):
+    add(identity_keys=False, random_identity=True, seed=3)
+    face = bpy.context.active_object
+    face["smile"] = 4.0
+    face.sketch_to_face.identity.age = 0.9
+    who = pose_of(face).identity
+    assert who["age"] == pytest.approx(0.9) and len(who) > 5
+    expected = rig.pose(FaceParameters({"smile": 4.0}, who))
+    refresh(face)
+    assert np.abs(evaluated(face) - expected).max() < 1e-5
+    assert bpy.ops.sketch_to_face.plain_person() == {"FINISHED"}
+    assert np.abs(evaluated(face) - rig.pose(FaceParameters({"smile": 4.0}))).max() < 1e-5
 
 
 def test_depth_of_creases_is_live(face, rig, evaluated):

@@ -96,16 +96,19 @@ def test_method_and_strokes_reach_the_core_and_defaults_come_back(shell):
     from addon import pipeline
     from addon.blender import properties
 
+    def options() -> pipeline.FitOptions:
+        return pipeline.FitOptions(**properties.fit_values(bpy.context))
+
     settings = bpy.context.scene.sketch_to_face
-    assert properties.fit_options(settings) == pipeline.FitOptions()
+    assert options() == pipeline.FitOptions()
     settings.method, settings.strokes, settings.stroke_profile = "thesis", "emboss", "scar"
     settings.stroke_depth, settings.stroke_width = 0.7, 6.5
     wanted = pipeline.FitOptions(
         method="thesis", strokes="emboss", stroke_profile="scar", stroke_depth=0.7, stroke_width=6.5
     )
-    assert properties.fit_options(settings) == wanted
+    assert options() == wanted
     bpy.ops.sketch_to_face.default_tweakables()
-    assert properties.fit_options(settings) == pipeline.FitOptions()
+    assert options() == pipeline.FitOptions()
 
 
 def test_button_builds_the_face_of_the_pipeline(shell, sketch, rig, evaluated):
@@ -243,24 +246,24 @@ def test_unexpected_error_goes_whole_to_the_log(shell, sketch, tmp_path, monkeyp
     assert "Traceback" in (tmp_path / "log.txt").read_text()
 
 
-def test_button_waits_for_object_mode(shell, rig):
+def test_button_leaves_edit_mode_by_itself(shell, rig, sketch):
     from facs_rig.blender import build_face
 
     face = build_face("Face", rig, FaceParameters())
     bpy.context.view_layer.objects.active = face
     bpy.ops.object.mode_set(mode="EDIT")
-    assert not bpy.ops.sketch_to_face.fit.poll()
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert bpy.ops.sketch_to_face.fit.poll()
+    assert press(sketch) == {"FINISHED"}
+    assert bpy.context.mode == "OBJECT"
+    assert bpy.context.active_object.name == sketch.stem
 
 
 def test_head_placed_by_hand_reaches_the_core(shell):
     from addon.blender import properties
 
     settings = bpy.context.scene.sketch_to_face
-    assert properties.fit_options(settings).align is None
+    assert properties.fit_values(bpy.context)["align"] is None
     settings.place_head, settings.head_box = True, (10, 20, 300, 400)
-    assert properties.fit_options(settings).align == "10,20,300,400"
+    assert properties.fit_values(bpy.context)["align"] == "10,20,300,400"
 
 
 def test_empty_head_box_is_one_sentence(shell, sketch):

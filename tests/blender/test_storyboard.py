@@ -113,71 +113,43 @@ def test_storyboard_without_a_folder_or_with_nothing_to_read_is_one_sentence(she
     assert "'Hat' has no shape keys" in error_of(storyboard)
 
 
-class Windowed:
-    """Blender's module, but for saying that it runs in the background."""
-
-    app = SimpleNamespace(background=False)
-
-    def __getattr__(self, name):
-        return getattr(bpy, name)
-
-
 @pytest.fixture
-def desk(shell, folder, monkeypatch):
-    """The operator's own functions on stand-ins for the window, which the background lacks."""
+def session(shell, folder):
+    """The operator as Blender makes one, but for its reports, and a scene with a mesh to key."""
     from addon.blender import retarget_operators
 
-    monkeypatch.setattr(retarget_operators, "bpy", Windowed())
     operator = retarget_operators.SKETCHTOFACE_OT_storyboard
-    noted = SimpleNamespace(progress=[], reports=[], texts=[], timers=[])
-    manager = SimpleNamespace(
-        progress_begin=lambda low, high: noted.progress.append((low, high)),
-        progress_update=noted.progress.append,
-        progress_end=lambda: noted.progress.append("end"),
-        event_timer_add=lambda wait, window: noted.timers.append("timer") or "timer",
-        event_timer_remove=noted.timers.remove,
-        modal_handler_add=lambda op: None,
-    )
-    context = SimpleNamespace(
-        window_manager=manager, window=None, scene=bpy.context.scene,
-        selected_objects=[mesh("Head")], active_object=None,
-        workspace=SimpleNamespace(status_text_set=noted.texts.append),
+    made = SimpleNamespace(head=True, reports=[])
+    made.report = lambda kind, text: made.reports.append(text)
+    for name in ("steps", "stopped", "_end"):
+        setattr(made, name, getattr(operator, name).__get__(made))
+    made.context = SimpleNamespace(
+        scene=bpy.context.scene, selected_objects=[mesh("Head")], active_object=None,
+        preferences=bpy.context.preferences,
     )  # fmt: skip
-    session = SimpleNamespace(
-        head=True, bl_label=operator.bl_label, _timer=None,
-        report=lambda kind, text: noted.reports.append(text),
-    )  # fmt: skip
-    for name in ("_begin", "_tell", "_put_away", "_end"):
-        setattr(session, name, getattr(operator, name).__get__(session))
-
-    def press(event: str) -> set[str]:
-        return operator.modal(session, context, SimpleNamespace(type=event))
-
-    def invoke() -> set[str]:
-        return operator.invoke(session, context, None)
-
-    return SimpleNamespace(press=press, invoke=invoke, noted=noted)
+    return made
 
 
-def test_from_the_button_it_goes_one_sketch_a_tick(desk):
-    assert desk.invoke() == {"RUNNING_MODAL"}
-    assert desk.press("MOUSEMOVE") == {"RUNNING_MODAL"} and desk.noted.progress == [(0, 4), 0]
-    answers = [desk.press("TIMER") for _ in range(4)]
-    assert answers == [{"RUNNING_MODAL"}] * 3 + [{"FINISHED"}]
-    assert desk.noted.progress == [(0, 4), 0, 1, 2, 3, "end"]
-    assert desk.noted.timers == [] and desk.noted.texts[-1] is None
-    assert "2 of 4, 9.png" in desk.noted.texts[1]
-    assert desk.noted.reports[-1] == "3 key poses on Head, frames 1 to 73; left out 9.png"
+def test_it_says_which_sketch_it_is_at(session):
+    texts = list(dict.fromkeys(tick.text for tick in session.steps(session.context)))
+    assert [text.split(",")[0] for text in texts] == [f"{k} of 4" for k in (1, 2, 3, 4)]
+    assert texts[1] == "2 of 4, 9.png"
+    assert session.reports[-1] == "3 key poses on Head, frames 1 to 73; left out 9.png"
 
 
-def test_escape_keeps_what_is_done_and_puts_everything_back(desk):
-    desk.invoke()
-    desk.press("TIMER")
-    assert desk.press("ESC") == {"FINISHED"}
-    assert desk.noted.timers == [] and desk.noted.progress[-1] == "end"
-    said = "1 key pose on Head, frame 1; stopped after 1 of 4 sketches"
-    assert desk.noted.reports == [said]
+def test_escape_keeps_what_is_done(session):
+    steps = session.steps(session.context)
+    while "2 of 4" not in next(steps).text:
+        pass
+    steps.close()
+    assert session.stopped(session.context) == {"FINISHED"}
+    assert session.reports == ["1 key pose on Head, frame 1; stopped after 1 of 4 sketches"]
     assert len(keyed("Head")["jawOpen"]) == 1
-    desk.invoke()
-    assert desk.press("ESC") == {"CANCELLED"}
-    assert desk.noted.timers == [] and desk.noted.reports == [said]
+
+
+def test_escape_before_anything_is_done_changes_nothing(session):
+    steps = session.steps(session.context)
+    next(steps)
+    steps.close()
+    assert session.stopped(session.context) == {"CANCELLED"}
+    assert session.reports == [] and keyed("Head") == {}

@@ -47,6 +47,28 @@ class Desk:
             bpy.ops.screen.screenshot(filepath=str(path), check_existing=False)
 
 
+class Deaf:
+    """How long an operator keeps Blender from hearing anything: the longest of its slices."""
+
+    def __init__(self, operator: type) -> None:
+        self.longest = 0.0
+        self._operator, self._modal = operator, operator._advance
+        modal = self._modal
+
+        def timed(self_, context):
+            start = time.perf_counter()
+            try:
+                return modal(self_, context)
+            finally:
+                self.longest = max(self.longest, time.perf_counter() - start)
+
+        operator._advance = timed
+
+    def stop(self) -> float:
+        self._operator._advance = self._modal
+        return self.longest
+
+
 def vertices(name: str) -> np.ndarray:
     """What is shown of an object: its vertices after keys and bones."""
     graph = bpy.context.evaluated_depsgraph_get()
@@ -132,6 +154,44 @@ def find_slider(desk: Desk, path: str, found: list):
     raise AssertionError(f"no slider in the sidebar shows {path}")
 
 
+def write(desk: Desk, place: tuple[float, float], text: str):
+    """Double-click into a text field, replace what is in it, Enter."""
+    x, y = place
+    desk.move(x - 3, y)
+    yield FRAME
+    desk.move(x, y)
+    yield FRAME
+    desk.tap("LEFTMOUSE", x, y)
+    yield 0.03
+    desk.tap("LEFTMOUSE", x, y)
+    yield FRAME * 3
+    desk.tap("A", x, y, ctrl=True)
+    yield FRAME
+    for letter in text:
+        desk.window.event_simulate(type="A", value="PRESS", unicode=letter, x=int(x), y=int(y))
+        desk.window.event_simulate(type="A", value="RELEASE", x=int(x), y=int(y))
+        yield 0.01
+    yield FRAME
+    desk.tap("RET", x, y)
+    yield FRAME * 3
+
+
+def unfold(desk: Desk, **folded: bool):
+    """Register panels once more, folded or not: `unfold(desk, SKETCHTOFACE_PT_fit=False)`."""
+    for name, closed in folded.items():
+        panel = getattr(bpy.types, name)
+        children = [
+            c for c in bpy.types.Panel.__subclasses__() if getattr(c, "bl_parent_id", "") == name
+        ]
+        for cls in (*children, panel):
+            bpy.utils.unregister_class(cls)
+        panel.bl_options = {"DEFAULT_CLOSED"} if closed else set()
+        for cls in (panel, *children):
+            bpy.utils.register_class(cls)
+    desk.area.tag_redraw()
+    yield FRAME * 3
+
+
 def press(desk: Desk, place: tuple[float, float]):
     """Go to a button, let it notice, click."""
     x, y = place
@@ -207,6 +267,8 @@ def main(session) -> None:
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     result: dict = {"blender": bpy.app.version_string}
     bpy.context.preferences.view.show_splash = False
+    # The processor draws: a view that is smoothed over sixteen frames would be all it does.
+    bpy.context.preferences.system.viewport_aa = "OFF"
     bpy.ops.preferences.addon_enable(module="sketch_to_face")
     steps = session(options, result)
 
@@ -221,4 +283,4 @@ def main(session) -> None:
             Desk().screenshot(options.out / "failed.png")
             leave(1)
 
-    bpy.app.timers.register(step, first_interval=0.5)
+    bpy.app.timers.register(step, first_interval=0.5, persistent=True)

@@ -1,0 +1,124 @@
+"""The buttons that keep a face: for other programs, or for other files of Blender."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper
+
+from facs_rig.blender_pose import armature_of, check_face, pose_of
+from facs_rig.blender_reshape import fitted_offsets
+
+from . import faces, preferences
+from .work import InSlices, away
+
+FORMATS = (
+    (".glb", "glTF (.glb)", "The posed face with a morph target for every action"),
+    (".obj", "Wavefront (.obj)", "The posed face in quads, for sculpting programs"),
+    (".ply", "Stanford (.ply)", "The posed face, coloured"),
+    (".blend", "Blender (.blend)", "The face with sliders and bones, to append to other files"),
+)
+
+
+class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportHelper):
+    """Write the face to a file: for other programs, or to be appended in Blender"""
+
+    bl_idname = "sketch_to_face.export"
+    bl_label = "Export Face"
+    bl_options = {"REGISTER"}
+    filename_ext = ".glb"
+    __annotations__ = {
+        "filter_glob": StringProperty(
+            default=";".join(f"*{suffix}" for suffix, *_ in FORMATS), options={"HIDDEN"}
+        ),
+        "format": EnumProperty(
+            name="Format",
+            description="What kind of file",
+            items=FORMATS,
+            update=lambda self, context: self._rename(),
+        ),
+        "names": EnumProperty(
+            name="Morph Targets",
+            description="What the actions are called in a glTF file",
+            items=[
+                ("ours", "Sketch to Face", "The 47 controls of this add-on"),
+                ("arkit", "ARKit", "The 52 names that live-capture tools know"),
+            ],
+        ),
+    }
+
+    def _rename(self) -> None:
+        """The file's ending follows the format."""
+        if self.filepath:
+            self.filepath = str(Path(self.filepath).with_suffix(self.format))
+
+    def check(self, context) -> bool:
+        """The file browser asks whether the name had to be mended."""
+        before = self.filepath
+        self._rename()
+        return self.filepath != before
+
+    def draw(self, context):
+        """The format, and the names where they count."""
+        column = self.layout.column()
+        column.prop(self, "format")
+        if self.format == ".glb":
+            column.prop(self, "names")
+
+    def invoke(self, context, event):
+        """The file browser, with the face's name as the file's; then the work in slices."""
+        if not self.filepath:
+            name = bpy.path.clean_name(faces.active_face(context).name) + self.format
+            home = preferences.folder(context)
+            self.filepath = str(home / name) if home else name
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def steps(self, context):
+        """Read the face from Blender, write the file in a thread."""
+        face = faces.active_face(context)
+        check_face(face)
+        path = Path(bpy.path.abspath(self.filepath))
+        if path.suffix.lower() not in {suffix for suffix, *_ in FORMATS}:
+            path = path.with_suffix(self.format)
+        if not path.parent.is_dir():
+            raise ValueError(f"There is no folder '{path.parent}'; choose one that is there.")
+        if path.suffix.lower() == ".blend":
+            armature = armature_of(face)
+            blocks = {face, armature} if armature else {face}
+            bpy.data.libraries.write(str(path), blocks, fake_user=True)
+        else:
+            yield from away(_writer(path, face, self.names), f"writing {path.name}")
+        self.report({"INFO"}, f"Saved {path.name}")
+        return {"FINISHED"}
+
+
+def _writer(path: Path, face: bpy.types.Object, names: str):
+    """A function, for a thread, that writes a face as it is now."""
+    parameters, offsets = pose_of(face), fitted_offsets(face)
+    fitted = face.data.shape_keys.key_blocks.get("Fitted")
+    if offsets is not None and fitted is not None:
+        offsets = offsets * fitted.value
+
+    def write(progress):
+        from addon.export import write_mesh
+        from facs_rig import load_rig
+
+        write_mesh(path, load_rig(), parameters, offsets, names=names, progress=progress)
+
+    return write
+
+
+CLASSES = (SKETCHTOFACE_OT_export,)
+
+
+def register() -> None:
+    """Register the operator."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """The reverse of register."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,281 @@
+"""What a face keeps: its sketch, what was read from it, what the artist decided, who it is."""
+
+import contextlib
+
+import bpy
+import numpy as np
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from numpy.typing import NDArray
+
+from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
+from facs_rig.blender_keys import FITTED
+from facs_rig.blender_pose import identity_of, refresh
+from facs_rig.blender_reshape import reshape
+
+from . import sources
+
+TYPICAL = 2.5  # intensity of an action that the artist says is there and nobody has read
+STRONGEST = 5.0  # full natural activation; more is exaggeration, and the sliders' affair
+DRAWN, LOST = "sketch_lines", "sketch_lines_unmatched"  # lines of the sketch, as `pack` packs them
+
+
+def _identity_property(feature):
+    """A live slider of one identity parameter; the face itself keeps the value."""
+
+    def get(self) -> float:
+        return identity_of(self.id_data).get(feature.name, feature.default)
+
+    def put(self, value: float) -> None:
+        face = self.id_data
+        # A slider can tell nobody what is wrong; the panel that it is in does.
+        with contextlib.suppress(ValueError):
+            reshape(face, load_rig(), {**identity_of(face), feature.name: value})
+
+    return FloatProperty(
+        name=feature.label,
+        description=f"{feature.label} of this person",
+        min=feature.minimum,
+        max=feature.maximum,
+        default=feature.default,
+        precision=2,
+        step=5,
+        get=get,
+        set=put,
+        options=set(),  # not animated: an expression is, a person is not
+    )
+
+
+SKETCHTOFACE_PG_identity = type(
+    "SKETCHTOFACE_PG_identity",
+    (bpy.types.PropertyGroup,),
+    {
+        "__doc__": "Who a face is, one property for each parameter.",
+        "__annotations__": {f.name: _identity_property(f) for f in IDENTITY},
+    },
+)
+
+
+def worn(item) -> float:
+    """How strongly the face wears an action of its list, 0 to 10."""
+    return float(item.id_data.get(item.name, 0.0))
+
+
+def settle(item, value: float) -> None:
+    """The artist says how strong an action is (0: not there at all): wear it and keep to it."""
+    item.id_data[item.name] = float(value)
+    item.locked = True
+    refresh(item.id_data)
+
+
+class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
+    """One action unit as it was read from the sketch; `name` is the control's name.
+
+    `active` and `intensity` are the face's own slider, so that there is one truth. Setting either
+    by hand locks the action.
+    """
+
+    __annotations__ = {
+        "probability": FloatProperty(
+            name="Probability",
+            description="How likely the drawing shows this action",
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
+        ),
+        "read": FloatProperty(
+            name="As Read", description="How strong the action was read, 0 if it was not seen"
+        ),
+        "active": BoolProperty(
+            name="Accept",
+            description="Whether the face does this; a tick that you set or take away is kept when "
+            "the face is fitted again",
+            get=lambda self: worn(self) > 0,
+            set=lambda self, on: settle(self, (self.read or TYPICAL) if on else 0.0),
+        ),
+        "intensity": FloatProperty(
+            name="Intensity",
+            description="How strongly the face does this, 5 is fully natural; a value that you set "
+            "is kept when the face is fitted again",
+            min=0.0,
+            max=STRONGEST,
+            get=worn,
+            set=settle,
+        ),
+        "locked": BoolProperty(
+            name="Lock",
+            description="Keep this action as it is now when the face is fitted again",
+        ),
+    }
+
+
+class SKETCHTOFACE_PG_slider(bpy.types.PropertyGroup):
+    """The value that a slider got from the sketch; `name` is the control's name or "Fitted"."""
+
+    __annotations__ = {"value": FloatProperty(name="Value", description="As the sketch has it")}
+
+
+class SKETCHTOFACE_PG_pin(bpy.types.PropertyGroup):
+    """A point of the face that the artist has put in its place; `name` is the landmark's name."""
+
+    __annotations__ = {
+        "place": FloatVectorProperty(
+            name="Place",
+            description="Where this point lies: pixels from the picture's left and top, or metres "
+            "in the plane of a Grease Pencil drawing",
+            size=2,
+            precision=3,
+        )
+    }
+
+
+class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
+    """What a face object remembers of its sketch, and the sliders of who it is."""
+
+    __annotations__ = {
+        **sources.fields(),
+        "identity": PointerProperty(type=SKETCHTOFACE_PG_identity),
+        "number": IntProperty(
+            name="Number", description="Which of this file's sketches it was, counted from 1"
+        ),
+        "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
+        "shown": IntProperty(
+            name="Action", description="The action whose buttons are shown below the list"
+        ),
+        "pins": CollectionProperty(type=SKETCHTOFACE_PG_pin),
+        "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
+        "head": FloatVectorProperty(
+            name="Head", description="How the drawn head is turned", subtype="EULER", size=3
+        ),
+        "neck": FloatVectorProperty(
+            name="Neck", description="How the drawn neck is turned", subtype="EULER", size=3
+        ),
+        "camera": FloatVectorProperty(
+            name="Camera",
+            description="Pixels of the sketch for a metre of the face, and where its pivot lies",
+            size=3,
+        ),
+        "page": FloatVectorProperty(
+            name="Page",
+            description="From pixels of the sketch to the places of pins, two rows",
+            size=6,
+            default=sources.SAME.ravel().tolist(),
+        ),
+        "contour_error_px": FloatVectorProperty(
+            name="Contour error",
+            description="Pixels between the sketch and the template, the expression, the fit",
+            size=3,
+        ),
+        "live": BoolProperty(
+            name="Live",
+            description="Watch the sketch, and fit this face again whenever it changes",
+        ),
+        "strokes": StringProperty(
+            name="Strokes", description="What became of strokes without a place when it was fitted"
+        ),
+        "mark": StringProperty(
+            name="Mark", description="The state of the sketch that this face was fitted to"
+        ),
+    }
+
+
+def settled(face) -> dict[str, float]:
+    """The actions that the artist has locked, each with what the face wears now."""
+    return {item.name: worn(item) for item in face.sketch_to_face.detections if item.locked}
+
+
+def places(face) -> dict[str, tuple[float, float]]:
+    """The face's pins, where they are kept: see `sources.Source`."""
+    return {pin.name: tuple(pin.place) for pin in face.sketch_to_face.pins}
+
+
+def page_of(face) -> NDArray[np.float64]:
+    """(2, 3) from pixels (u, v, 1) of the face's sketch to the places of its pins."""
+    return np.array(face.sketch_to_face.page, dtype=float).reshape(2, 3)
+
+
+def to_page(place, to_places: NDArray) -> tuple[float, float]:
+    """A pin's place in pixels of a page. to_places : (2, 3), from its pixels to places."""
+    u, v = np.linalg.solve(to_places[:, :2], np.asarray(place, float) - to_places[:, 2])
+    return float(u), float(v)
+
+
+def remember(face, holder, found) -> None:
+    """Write to the face what `found` (sketching.Found) says of the sketch that `holder` means.
+
+    What the artist has locked stays locked.
+    """
+    settings, fit = face.sketch_to_face, found.fit
+    if holder != settings:
+        sources.copy(holder, settings)
+    if not settings.number:
+        settings.number = 1 + max(other.sketch_to_face.number for other in bpy.data.objects)
+    locked = {item.name for item in settings.detections if item.locked}
+    settings.detections.clear()
+    for name, probability in fit.detection.probabilities.items():
+        item = settings.detections.add()
+        item.name, item.probability = name, probability
+        item.read, item.locked = fit.detection.intensities[name], name in locked
+    surest = max(settings.detections, key=lambda item: (item.active, item.probability))
+    settings.shown = settings.detections.find(surest.name)
+    settings.expression.clear()
+    drawn = {name: face[name] for name in CONTROL_NAMES}
+    drawn[FITTED] = face.data.shape_keys.key_blocks[FITTED].value
+    for name, value in drawn.items():
+        item = settings.expression.add()
+        item.name, item.value = name, value
+    settings.head, settings.neck = fit.parameters.head, fit.parameters.neck
+    settings.strokes = found.strokes
+    settings.mark, settings.page = found.mark, found.to_places.ravel().tolist()
+    scale = float(np.mean(fit.drawing.scale))
+    (u, v), zoom = fit.camera.centre, fit.camera.scale[0]
+    settings.camera = (zoom * scale, u * fit.drawing.scale[0], v * fit.drawing.scale[1])
+    error = fit.contour_error_px
+    settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]
+    face[DRAWN], face[LOST] = pack(found.drawn), pack(fit.unmatched)
+
+
+def pack(lines: list[NDArray]) -> list[float]:
+    """Lines (k, 2) as one list that an object can keep: how many points, then the points, each."""
+    return [x for line in lines for x in (float(len(line)), *np.asarray(line, float).ravel())]
+
+
+def unpack(packed) -> list[NDArray[np.float64]]:
+    """The lines of `pack`; none of nothing."""
+    flat = np.array(packed, dtype=float) if packed is not None else np.empty(0)
+    lines, at = [], 0
+    while at < len(flat):
+        end = at + 1 + 2 * int(flat[at])
+        lines.append(flat[at + 1 : end].reshape(-1, 2))
+        at = end
+    return lines
+
+
+CLASSES = (
+    SKETCHTOFACE_PG_identity,
+    SKETCHTOFACE_PG_detection,
+    SKETCHTOFACE_PG_slider,
+    SKETCHTOFACE_PG_pin,
+    SKETCHTOFACE_PG_face,
+)
+
+
+def register() -> None:
+    """Register the groups and hang them on objects."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_face)
+
+
+def unregister() -> None:
+    """The reverse of register."""
+    del bpy.types.Object.sketch_to_face
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

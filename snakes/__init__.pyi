@@ -1,0 +1,45 @@
+from .alignment import align, align_box, align_landmarks, ink_box, parse_box
+from .engraving import engrave
+from .fit import Fit, fit_offsets, head_box
+from .line_fit import LineFit, fit_lines, unmatched_lines
+from .lines import Lines, SurfaceLines, centre_lines, polylines
+from .shape import HEAD, Evidence
+from .strokes import carvable
+from .tweakables import (
+    DEEPEST,
+    LINE_TWEAKABLES,
+    PROFILES,
+    WIDEST,
+    WORKING_SIZE,
+    Tweakables,
+    describe,
+)
+
+__all__ = [
+    "DEEPEST",
+    "HEAD",
+    "LINE_TWEAKABLES",
+    "PROFILES",
+    "WIDEST",
+    "WORKING_SIZE",
+    "Evidence",
+    "Fit",
+    "LineFit",
+    "Lines",
+    "SurfaceLines",
+    "Tweakables",
+    "align",
+    "align_box",
+    "align_landmarks",
+    "carvable",
+    "centre_lines",
+    "describe",
+    "engrave",
+    "fit_lines",
+    "fit_offsets",
+    "head_box",
+    "ink_box",
+    "parse_box",
+    "polylines",
+    "unmatched_lines",
+]
