@@ -67,7 +67,7 @@ class SKETCHTOFACE_UL_detections(bpy.types.UIList):
         """Tick, name, how likely, lock."""
         row = layout.row(align=True)
         row.prop(item, "active", text="")
-        split = row.split(factor=0.6, align=True)
+        split = row.split(factor=0.58, align=True)
         split.label(text=LABELS.get(item.name, item.name))
         split.active = item.active or item.probability >= LIKELY
         if hasattr(split, "progress"):  # Blender 4.0 and newer
@@ -222,6 +222,8 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         face, settings = faces.active_face(context), context.scene.sketch_to_face
         column = self.layout.column()
         column.prop(settings, "overlay", icon="OVERLAY", toggle=True)
+        if settings.overlay:
+            column.label(text="Sketch dark, without a place blue, face red")
         template, _, fitted = face.sketch_to_face.contour_error_px
         column.label(text=f"Lines {fitted:.1f} px apart, {template:.1f} before")
         key = face.data.shape_keys.key_blocks.get(FITTED)
