@@ -53,7 +53,10 @@ def changed(face: bpy.types.Object) -> bool:
     except ValueError as error:
         troubles[face.name] = str(error)
         return False
-    if mark == face.sketch_to_face.mark or face.mode == "EDIT":
+    if mark == face.sketch_to_face.mark:
+        troubles.pop(face.name, None)
+        return False
+    if face.mode == "EDIT":
         return False
     return _tried.get(face.name) != mark
 
