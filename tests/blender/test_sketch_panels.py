@@ -92,12 +92,12 @@ def test_a_face_of_a_sketch_has_the_panels_in_the_order_of_the_work(panels, sket
     assert shown[:5] == ["Sketch", "Detect", "Fit", "Tweakables", "Result"]
     assert layout.drawn(AGAIN) == ["Fit Again"]
     assert layout.drawn("sketch_to_face.evidence") == ["Show Evidence"]
-    assert layout.drawn("sketch_to_face.decide") == ["Accept", "Reject", "Lock"]
+    assert layout.drawn("sketch_to_face.decide") == ["Accept", "Reject", ""]
     assert any("px apart" in text for text in layout.drawn("label"))
     item = bpy.context.active_object.sketch_to_face.detections["smile"]
     item.locked = True
     _, layout = panels()
-    assert layout.drawn("sketch_to_face.decide") == ["Accept", "Reject", "Unlock"]
+    assert layout.drawn("sketch_to_face.decide") == ["Accept", "Reject", ""]
     assert layout.drawn("sketch_to_face.unlock_all") == ["Unlock All"]
 
 
