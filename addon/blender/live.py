@@ -108,13 +108,13 @@ def wait(seconds: float = 60.0) -> None:
         watch()
 
 
-def register() -> None:
+def attach() -> None:
     """Begin to watch."""
     bpy.app.timers.register(watch, first_interval=EVERY, persistent=True)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _at_work, _waits_for
     if bpy.app.timers.is_registered(watch):
         bpy.app.timers.unregister(watch)

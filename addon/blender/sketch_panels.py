@@ -256,15 +256,3 @@ CLASSES = (
     SKETCHTOFACE_PT_tweakables,
     SKETCHTOFACE_PT_result,
 )
-
-
-def register() -> None:
-    """Register list and panels, parents first."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
