@@ -69,8 +69,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         """The file browser, with the face's name as the file's; then the work in slices."""
         if not self.filepath:
             name = bpy.path.clean_name(faces.active_face(context).name) + self.format
-            home = preferences.folder(context)
-            self.filepath = str(home / name) if home else name
+            self.filepath = preferences.in_folder(context, name)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 

@@ -19,7 +19,7 @@ from facs_rig.blender_pose import (
 )
 from facs_rig.blender_reshape import reshape
 
-from . import faces
+from . import faces, preferences
 from .reporting import reported
 
 _HEAD = {"name": "Head and Neck", "description": "Turn head and neck too", "default": True,
@@ -131,7 +131,8 @@ class SKETCHTOFACE_OT_save_expression(faces.OnFace, bpy.types.Operator, ExportHe
 
     def invoke(self, context, event):
         """The file browser, with the face's name as the file's."""
-        self.filepath = self.filepath or faces.active_face(context).name + self.filename_ext
+        name = bpy.path.clean_name(faces.active_face(context).name) + self.filename_ext
+        self.filepath = self.filepath or preferences.in_folder(context, name)
         return super().invoke(context, event)
 
     def execute(self, context):

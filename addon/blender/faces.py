@@ -48,6 +48,19 @@ class OnFace:
         return True
 
 
+class OnSketchedFace(OnFace):
+    """An operator that needs an active face that was made of a sketch."""
+
+    @classmethod
+    def poll(cls, context):
+        """Pins, and another fit, need the sketch."""
+        face = active_face(context)
+        if face is None or not face.sketch_to_face.number:
+            cls.poll_message_set("Select a face that was made of a sketch")
+            return False
+        return super().poll(context)
+
+
 def select_alone(context, face: bpy.types.Object) -> None:
     """Make the face the active object, and the only selected one."""
     for selected in context.selected_objects:

@@ -54,7 +54,7 @@ class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnFace, bpy.types.Operator):
+class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnSketchedFace, bpy.types.Operator):
     """Fit this face to its sketch once more; locked actions, pins, gaze and keyframes stay"""
 
     bl_idname = "sketch_to_face.fit_again"
@@ -64,15 +64,13 @@ class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnFace, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """The active face must be of a sketch, and not in Edit Mode."""
-        face = faces.active_face(context)
-        if face is None or not face.sketch_to_face.number:
-            cls.poll_message_set("Select a face that was made of a sketch")
+        """Nor may it be in Edit Mode."""
+        if not super().poll(context):
             return False
-        if face.mode == "EDIT":
+        if faces.active_face(context).mode == "EDIT":
             cls.poll_message_set("Leave Edit Mode first")
             return False
-        return super().poll(context)
+        return True
 
     def steps(self, context):
         """Fit, reshape, remember."""

@@ -29,20 +29,7 @@ def set_pin(face, name: str, place) -> None:
     pin.name, pin.place = name, place
 
 
-class OnSketchedFace(faces.OnFace):
-    """An operator that needs an active face that was made of a sketch."""
-
-    @classmethod
-    def poll(cls, context):
-        """Pins lie on a sketch."""
-        face = faces.active_face(context)
-        if face is None or not face.sketch_to_face.number:
-            cls.poll_message_set("Select a face that was made of a sketch")
-            return False
-        return super().poll(context)
-
-
-class SKETCHTOFACE_OT_pin(OnSketchedFace, bpy.types.Operator):
+class SKETCHTOFACE_OT_pin(faces.OnSketchedFace, bpy.types.Operator):
     """Say where a point of the face lies on its sketch; the next fit brings it there"""
 
     bl_idname = "sketch_to_face.pin"
@@ -64,7 +51,7 @@ class SKETCHTOFACE_OT_pin(OnSketchedFace, bpy.types.Operator):
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
-class SKETCHTOFACE_OT_unpin(OnSketchedFace, bpy.types.Operator):
+class SKETCHTOFACE_OT_unpin(faces.OnSketchedFace, bpy.types.Operator):
     """Take a pin away, or all of them"""
 
     bl_idname = "sketch_to_face.unpin"
@@ -84,7 +71,7 @@ class SKETCHTOFACE_OT_unpin(OnSketchedFace, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
+class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
     """Drag points of the face to where the sketch has them, then fit it again"""
 
     bl_idname = "sketch_to_face.drag_pins"

@@ -68,11 +68,11 @@ def of(context) -> "SKETCHTOFACE_AP_preferences | Defaults":
     return addon.preferences if addon is not None and addon.preferences else Defaults()
 
 
-def folder(context) -> Path | None:
-    """Where files go, if the artist has said so and the folder is there."""
+def in_folder(context, name: str) -> str:
+    """A file's name with the folder that the artist likes files to go to, if that is there."""
     chosen = of(context).folder.strip()
-    path = Path(bpy.path.abspath(chosen)).expanduser() if chosen else None
-    return path if path is not None and path.is_dir() else None
+    folder = Path(bpy.path.abspath(chosen)).expanduser()
+    return str(folder / name) if chosen and folder.is_dir() else name
 
 
 CLASSES = (SKETCHTOFACE_AP_preferences,)

@@ -231,9 +231,9 @@ def test_the_folder_for_files_must_be_there(shell, tmp_path, monkeypatch):
 
     chosen = preferences.Defaults(folder=str(tmp_path))
     monkeypatch.setattr(preferences, "of", lambda context: chosen)
-    assert preferences.folder(bpy.context) == tmp_path
+    assert preferences.in_folder(bpy.context, "a.glb") == str(tmp_path / "a.glb")
     chosen = preferences.Defaults(folder=str(tmp_path / "gone"))
-    assert preferences.folder(bpy.context) is None
+    assert preferences.in_folder(bpy.context, "a.glb") == "a.glb"
 
 
 def test_the_log_and_a_missing_manual_are_said(shell, monkeypatch, reports):
