@@ -5,7 +5,7 @@ from bpy.props import BoolProperty
 
 from addon.accepted import SketchError
 
-from . import faces, properties, sketching
+from . import faces, properties, sketching, translation
 from .work import InSlices
 
 
@@ -67,10 +67,10 @@ class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnFace, bpy.types.Operator):
         """The active face must be of a sketch, and not in Edit Mode."""
         face = faces.active_face(context)
         if face is None or not face.sketch_to_face.number:
-            cls.poll_message_set("Select a face that was made of a sketch")
+            cls.poll_message_set(translation.tip("Select a face that was made of a sketch"))
             return False
         if face.mode == "EDIT":
-            cls.poll_message_set("Leave Edit Mode first")
+            cls.poll_message_set(translation.tip("Leave Edit Mode first"))
             return False
         return super().poll(context)
 
