@@ -17,7 +17,7 @@ from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import faces, memory
+from . import faces, memory, work
 from .work import Errand, redraw
 
 BEFORE = 0.01  # metres between the face and the plane
@@ -82,6 +82,8 @@ def look(context, face: bpy.types.Object) -> Shown:
             shown.lines, shown.landmarks = shown.errand.result()
         finally:
             shown.key, shown.errand = shown.wanted, None
+    if work.now is not None:  # a face that is being shaped is no face yet
+        return shown
     mesh = face.evaluated_get(context.evaluated_depsgraph_get()).data
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", flat)
@@ -187,14 +189,14 @@ def _draw_points(points: list[NDArray], colour: tuple[float, ...], size: float) 
     batch.draw(shader)
 
 
-def register() -> None:
+def attach() -> None:
     """Draw over every 3D view; nothing is drawn while the overlay is off."""
     global _handler
     _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_VIEW")
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _handler
     bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
     _handler = None

@@ -101,6 +101,7 @@ class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
             return {"CANCELLED"}
         face = faces.active_face(context)
         self._name, self._taken = face.name, None
+        self._area = context.area  # where the mouse is later is another matter
         self._before = memory.places(face)
         self._overlay = context.scene.sketch_to_face.overlay
         context.scene.sketch_to_face.overlay = overlay.show_points = True
@@ -131,7 +132,7 @@ class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
             if self._taken is None:
                 overlay.held = self._under(context, face, event)
             else:
-                self._drag(context, face, event)
+                self._drag(face, event)
             redraw(context, {"WINDOW"})
         elif event.type == "LEFTMOUSE":
             name = self._under(context, face, event)
@@ -166,19 +167,19 @@ class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
 
     def _under(self, context, face, event) -> str | None:
         """The name of the point nearest to the mouse, if it is near."""
-        plane, mouse = overlay.plane_of(face), _mouse(context, event)
+        plane, mouse, view = overlay.plane_of(face), self._mouse(event), self._view()
         best, away = None, float(NEAR) * context.preferences.system.ui_scale
         for name, spot in overlay.points_of(face, overlay.look(context, face)).items():
-            seen = location_3d_to_region_2d(*_view(context), plane @ Vector((*spot, 0.0)))
+            seen = location_3d_to_region_2d(*view, plane @ Vector((*spot, 0.0)))
             if seen is not None and (seen - mouse).length < away:
                 best, away = name, (seen - mouse).length
         return best
 
-    def _drag(self, context, face, event) -> None:
+    def _drag(self, face, event) -> None:
         """Move the taken point to under the mouse."""
-        plane, mouse = overlay.plane_of(face), _mouse(context, event)
-        origin = region_2d_to_origin_3d(*_view(context), mouse)
-        ahead = region_2d_to_vector_3d(*_view(context), mouse)
+        plane, mouse, view = overlay.plane_of(face), self._mouse(event), self._view()
+        origin = region_2d_to_origin_3d(*view, mouse)
+        ahead = region_2d_to_vector_3d(*view, mouse)
         normal = plane.to_3x3() @ Vector((0.0, 0.0, 1.0))
         hit = intersect_line_plane(origin, origin + ahead, plane.translation, normal)
         if hit is None:  # the plane is seen from its edge
@@ -188,28 +189,14 @@ class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
         page = memory.page_of(face)
         set_pin(face, self._taken, page[:, :2] @ (u, v) + page[:, 2])
 
+    def _view(self):
+        """Region and view of the area's main window, wherever the mouse is."""
+        region = next(r for r in self._area.regions if r.type == "WINDOW")
+        return region, self._area.spaces.active.region_3d
 
-def _view(context):
-    """Region and view of the area's main window, wherever the mouse is."""
-    region = next(r for r in context.area.regions if r.type == "WINDOW")
-    return region, context.area.spaces.active.region_3d
-
-
-def _mouse(context, event) -> Vector:
-    region, _ = _view(context)
-    return Vector((event.mouse_x - region.x, event.mouse_y - region.y))
+    def _mouse(self, event) -> Vector:
+        region, _ = self._view()
+        return Vector((event.mouse_x - region.x, event.mouse_y - region.y))
 
 
 CLASSES = (SKETCHTOFACE_OT_pin, SKETCHTOFACE_OT_unpin, SKETCHTOFACE_OT_drag_pins)
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

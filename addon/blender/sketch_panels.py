@@ -68,7 +68,7 @@ class SKETCHTOFACE_UL_detections(bpy.types.UIList):
         """Tick, name, how likely, lock."""
         row = layout.row(align=True)
         row.prop(item, "active", text="")
-        split = row.split(factor=0.6, align=True)
+        split = row.split(factor=0.58, align=True)
         split.label(text=LABELS.get(item.name, item.name))
         split.active = item.active or item.probability >= LIKELY
         if hasattr(split, "progress"):  # Blender 4.0 and newer
@@ -118,6 +118,7 @@ class SKETCHTOFACE_PT_detect(OfSketch, bpy.types.Panel):
             ("FREE" if item.locked else "LOCK", "LOCKED" if item.locked else "UNLOCKED", False),
         ):
             text = next(name for key, name, _ in detect_operators.DECISIONS if key == decision)
+            text = "" if decision in ("LOCK", "FREE") else text  # its icon says it
             button = row.operator(_decide, text=text, text_ctxt=translation.OWN, icon=icon,
                                   depress=pressed)  # fmt: skip
             button.name, button.decision = item.name, decision
@@ -152,8 +153,10 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         settings = context.scene.sketch_to_face
         column = layout.column()
         column.prop(settings, "method")
-        column.prop(settings.tweakables, "mirror")
-        column.prop(settings, "place_head")
+        ticks = column.column(align=True)
+        ticks.use_property_split = False  # the words beside a tick need the whole width
+        ticks.prop(settings.tweakables, "mirror")
+        ticks.prop(settings, "place_head")
         if settings.place_head:
             for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
                 column.prop(settings, "head_box", index=index, text=side)
@@ -225,6 +228,8 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         face, settings = faces.active_face(context), context.scene.sketch_to_face
         column = self.layout.column()
         column.prop(settings, "overlay", icon="OVERLAY", toggle=True)
+        if settings.overlay:
+            column.label(text="Sketch dark, without a place blue, face red")
         template, _, fitted = face.sketch_to_face.contour_error_px
         said = translation.label("Lines {fitted:.1f} px apart, {template:.1f} before",
                                  fitted=fitted, template=template)  # fmt: skip
@@ -256,15 +261,3 @@ CLASSES = (
     SKETCHTOFACE_PT_tweakables,
     SKETCHTOFACE_PT_result,
 )
-
-
-def register() -> None:
-    """Register list and panels, parents first."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -56,12 +56,12 @@ def _rows(table: dict[str, dict[str, str]]) -> dict[tuple[str, str], str]:
     return found
 
 
-def register() -> None:
+def attach() -> None:
     """Hand the tables to Blender."""
     tables = {language: _rows(table) for language, table in TABLES.items()}
     bpy.app.translations.register(_package, tables)
 
 
-def unregister() -> None:
-    """Take them back."""
+def detach() -> None:
+    """The reverse of attach."""
     bpy.app.translations.unregister(_package)

@@ -18,6 +18,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from bl_ui.utils import PresetPanel  # noqa: E402
+
 from facs_rig import CONTROLS, IDENTITY, LANDMARKS  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402
@@ -93,7 +95,8 @@ def registered(module) -> dict[String, str]:
             found[BUTTON, cls.bl_label] = where
             found[PANEL, rna_of(cls).description] = where
         elif issubclass(cls, bpy.types.Panel):
-            found[getattr(cls, "bl_translation_context", None) or PANEL, cls.bl_label] = where
+            if not issubclass(cls, PresetPanel):  # called as the preset that was chosen last
+                found[getattr(cls, "bl_translation_context", None) or PANEL, cls.bl_label] = where
             found[PANEL, getattr(cls, "bl_description", None) or cls.__doc__] = where
         for item in own_properties(cls):
             found |= of_property(item, f"{where}.{item.identifier}")
@@ -135,6 +138,7 @@ def of_tables() -> dict[String, str]:
         found[PANEL, text] = "a slider's text"
     for _, text, _ in detect_operators.DECISIONS:
         found[OWN, text] = "detect_operators.DECISIONS"
+    found[PANEL, "Fit Presets"] = "presets, before one is chosen"
     found[BUTTON, face_operators.NAME] = "the menu Add > Mesh"
     return found
 

@@ -134,6 +134,18 @@ def find_button(desk: Desk, command: str, found: list, across: float = 0.45):
     raise AssertionError(f"no button in the sidebar does {command}")
 
 
+def reach_button(desk: Desk, command: str, found: list, across: float = 0.45):
+    """`find_button`, scrolling down from the top as far as it takes."""
+    yield from scroll(desk, -20)
+    for _ in range(6):
+        try:
+            yield from find_button(desk, command, found, across)
+            return
+        except AssertionError:
+            yield from scroll(desk, 5)
+    raise AssertionError(f"no button in the whole sidebar does {command}")
+
+
 def find_slider(desk: Desk, path: str, found: list):
     """Feel down the sidebar for a slider: Shift Ctrl C over one copies its data path."""
     region = desk.region("UI")
@@ -204,14 +216,13 @@ def press(desk: Desk, place: tuple[float, float]):
 
 
 def scroll(desk: Desk, notches: int):
-    """Turn the mouse wheel over the sidebar, down."""
+    """Turn the mouse wheel over the sidebar: down, or up if `notches` is negative."""
     place = desk.middle("UI")
     desk.move(*place)
     yield FRAME
-    for _ in range(notches):
-        desk.window.event_simulate(
-            type="WHEELDOWNMOUSE", value="PRESS", x=int(place[0]), y=int(place[1])
-        )
+    wheel = "WHEELDOWNMOUSE" if notches > 0 else "WHEELUPMOUSE"
+    for _ in range(abs(notches)):
+        desk.window.event_simulate(type=wheel, value="PRESS", x=int(place[0]), y=int(place[1]))
         yield FRAME
 
 
@@ -235,10 +246,11 @@ def look(desk: Desk, face: bpy.types.Object):
     overlay.show_floor = overlay.show_ortho_grid = False
     overlay.show_axis_x = overlay.show_axis_y = overlay.show_outline_selected = False
     overlay.show_bones = overlay.show_cursor = overlay.show_object_origins = False
+    bpy.context.preferences.system.viewport_aa = "8"
     with desk.context():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
-    yield FRAME * 8
+    yield 6.0  # until the last of the frames that smooth it
 
 
 def clear(desk: Desk):

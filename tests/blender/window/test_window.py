@@ -12,16 +12,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import trimesh
+from PIL import Image
 
 from facs_rig import load_rig
 from facs_rig.identity import IDENTITY_KEYS
 
 ROOT = Path(__file__).resolve().parents[3]
 PARITY = Path(__file__).parents[1] / "parity.py"
-# Environment: where screenshots for the documentation go (of the sketch's face, of an added one),
-# and of which sketch.
+# Environment: where screenshots for the documentation go (of the sketch's face, of an added one; a
+# folder for those of every step), and of which sketch.
 PICTURE, FACE_PICTURE = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_ADDED_PICTURE"
-SKETCH = "SKETCH_TO_FACE_SKETCH"
+FOLDER, SKETCH = "SKETCH_TO_FACE_PICTURES", "SKETCH_TO_FACE_SKETCH"
+SMILING = ROOT / "addon" / "sketches" / "smiling_woman.png"
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +83,7 @@ def run(blender: str, display: str, home: Path, arguments: list[str], **more: st
     return subprocess.run(
         [blender, "--factory-startup", "--python-use-system-env", "--enable-event-simulate",
          "--window-geometry", "0", "0", "1400", "900", "--python-exit-code", "1", *arguments],
-        env=environment, capture_output=True, text=True, timeout=300, check=False,
+        env=environment, capture_output=True, text=True, timeout=420, check=False,
     )  # fmt: skip
 
 
@@ -123,15 +126,36 @@ def test_installed_blender_poses_the_face_as_numpy_does(blender, tmp_path):
     assert all(metres < 1e-5 for metres in told["off_m"].values()), told
 
 
+def pictures(folder: Path, *names: str) -> None:
+    """Check the screenshots of a session, and keep them where the documentation wants them."""
+    for name in names:
+        picture = folder / f"{name}.png"
+        assert picture.stat().st_size > 20_000
+        if os.environ.get(FOLDER):
+            kept = Path(os.environ[FOLDER]) / f"{name.partition('_')[2]}.png"
+            few = Image.open(picture).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+            few.save(kept, optimize=True)  # a quarter of the size, and no eye sees it
+
+
 @pytest.mark.slow
 def test_sketch_becomes_a_face_in_a_real_window(session, tmp_path):
-    sketch = Path(os.environ.get(SKETCH, ROOT / "addon" / "sketches" / "smiling_woman.png"))
+    sketch = Path(os.environ.get(SKETCH, SMILING))
     result = session("drive.py", PICTURE, "--sketch", str(sketch))
     assert result["keys"][1:] == [*(key.name for key in load_rig().keys), "Fitted"]
     assert result["values"]["Fitted"] == 1.0
-    assert result["slider_moves_m"] > 0.003
-    for picture in ("1_tab", "2_face", "3_slider", "4_undone"):
-        assert (tmp_path / f"{picture}.png").stat().st_size > 20_000
+    assert result["slider_moves_m"] > 0.001
+    pictures(tmp_path, "1_tab", "2_sketch", "3_face", "4_slider", "5_undone", "6_reloaded")
+    ours = trimesh.load(tmp_path / "ours.glb", process=False)
+    (mesh,) = ours.geometry.values()
+    assert len(mesh.vertices) == load_rig().n_vertices
+    assert result["exported"]["blenders.glb"] > 1_000_000
+
+
+@pytest.mark.slow
+def test_what_was_read_is_corrected_pinned_and_live_in_a_real_window(session, tmp_path):
+    result = session("drive_iterate.py", "", "--sketch", str(SMILING))
+    assert result["pin_off_mm"] < 2 and result["live_moves_m"] > 0.001
+    pictures(tmp_path, "1_evidence", "2_rejected", "3_pins", "4_overlay", "5_pencil", "6_live")
 
 
 @pytest.mark.slow
@@ -152,7 +176,7 @@ def test_storyboard_runs_and_stops_in_a_real_window(session, tmp_path):
     folder = tmp_path / "drawn"
     folder.mkdir()
     for k in range(6):
-        shutil.copy(ROOT / "addon" / "sketches" / "smiling_woman.png", folder / f"{k}.png")
+        shutil.copy(SMILING, folder / f"{k}.png")
     result = session("drive_storyboard.py", PICTURE, "--sketch", str(folder))
     assert result["frames"] == [1.0 + 10 * k for k in range(6)]
     assert 0 < len(result["stopped"]) < 6
