@@ -76,9 +76,11 @@ from . import (  # noqa: E402  (the core must be found first)
     retarget_operators,
     retarget_panel,
     sketch_panels,
+    translation,
 )
 
 _MODULES = (
+    translation,
     preferences,
     memory,
     properties,

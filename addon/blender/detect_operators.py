@@ -7,7 +7,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from addon.accepted import SketchError
 
-from . import faces, memory, sketching, sources
+from . import faces, memory, sketching, sources, translation
 from .work import InSlices, away
 
 PICTURE = 384  # px, side of an evidence picture
@@ -25,7 +25,10 @@ def item_of(face, name: str):
     """A face's item of an action; SketchError if the sketch was not asked for it."""
     item = face.sketch_to_face.detections.get(name)
     if item is None:
-        raise SketchError(f"'{face.name}' knows of no action '{name}': fit it to a sketch first.")
+        raise SketchError(
+            translation.text("'{face}' knows of no action '{name}': fit it to a sketch first.",
+                             face=face.name, name=name)
+        )  # fmt: skip
     return item
 
 
@@ -38,14 +41,18 @@ class SKETCHTOFACE_OT_decide(faces.OnFace, bpy.types.Operator):
     __annotations__ = {
         "name": StringProperty(name="Action", description="Name of the control"),
         "decision": EnumProperty(
-            name="Decision", description="What is said of the action", items=DECISIONS
+            name="Decision",
+            description="What is said of the action",
+            items=DECISIONS,
+            **translation.OWN_CONTEXT,
         ),
     }
 
     @classmethod
     def description(cls, context, properties) -> str:
         """The tooltip of one decision."""
-        return next(text for key, _, text in DECISIONS if key == properties.decision)
+        said = next(text for key, _, text in DECISIONS if key == properties.decision)
+        return translation.tip(said)
 
     def execute(self, context):
         """Write the decision and, where it changes something, the slider."""
@@ -91,7 +98,7 @@ class SKETCHTOFACE_OT_evidence(InSlices, faces.OnFace, bpy.types.Operator):
         face = faces.active_face(context)
         source = sources.source_of(face.sketch_to_face)
         work = pictures_of(source, preferences.of(context).threads)
-        made = yield from away(work, "erasing the sketch patch by patch")
+        made = yield from away(work, translation.text("erasing the sketch patch by patch"))
         keep(source.mark, made)
         return {"FINISHED"}
 

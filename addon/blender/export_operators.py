@@ -9,7 +9,8 @@ from bpy_extras.io_utils import ExportHelper
 from facs_rig.blender_pose import armature_of, check_face, pose_of
 from facs_rig.blender_reshape import fitted_offsets
 
-from . import faces, preferences
+from . import faces, preferences, translation
+from .reporting import say
 from .work import InSlices, away
 
 FORMATS = (
@@ -81,14 +82,19 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         if path.suffix.lower() not in {suffix for suffix, *_ in FORMATS}:
             path = path.with_suffix(self.format)
         if not path.parent.is_dir():
-            raise ValueError(f"There is no folder '{path.parent}'; choose one that is there.")
+            raise ValueError(
+                translation.text(
+                    "There is no folder '{folder}'; choose one that is there.", folder=path.parent
+                )
+            )
         if path.suffix.lower() == ".blend":
             armature = armature_of(face)
             blocks = {face, armature} if armature else {face}
             bpy.data.libraries.write(str(path), blocks, fake_user=True)
         else:
-            yield from away(_writer(path, face, self.names), f"writing {path.name}")
-        self.report({"INFO"}, f"Saved {path.name}")
+            doing = translation.text("writing {name}", name=path.name)
+            yield from away(_writer(path, face, self.names), doing)
+        say(self, "INFO", "Saved {name}", name=path.name)
         return {"FINISHED"}
 
 

@@ -19,8 +19,8 @@ from facs_rig.blender_pose import (
 )
 from facs_rig.blender_reshape import reshape
 
-from . import faces, preferences
-from .reporting import reported
+from . import faces, preferences, translation
+from .reporting import reported, say
 
 _HEAD = {"name": "Head and Neck", "description": "Turn head and neck too", "default": True,
          "options": {"SKIP_SAVE"}}  # fmt: skip
@@ -45,6 +45,8 @@ class SKETCHTOFACE_OT_reset_sliders(faces.OnFace, bpy.types.Operator):
     __annotations__ = {
         "to": EnumProperty(
             name="To",
+            description="What the sliders are set back to",
+            **translation.OWN_CONTEXT,
             items=[
                 ("NEUTRAL", "Neutral", "A face at rest that looks ahead"),
                 ("SKETCH", "As Drawn", "The expression that was read from the sketch"),
@@ -83,7 +85,7 @@ class SKETCHTOFACE_OT_copy_expression(faces.OnFace, bpy.types.Operator):
             write_clipboard(context, expressions.dumps(parameters))
         if outcome.failed:
             return {"CANCELLED"}
-        self.report({"INFO"}, "Expression copied")
+        say(self, "INFO", "Expression copied")
         return {"FINISHED"}
 
 
@@ -104,11 +106,15 @@ class SKETCHTOFACE_OT_paste_expression(faces.OnFace, bpy.types.Operator):
         with reported(self, ValueError) as outcome:
             self.text = self.text or read_clipboard(context)
             if not self.text.strip():
-                raise ValueError("the clipboard is empty: copy an expression first")
+                raise ValueError(
+                    translation.text("the clipboard is empty: copy an expression first")
+                )
             try:
                 parameters = expressions.loads(self.text)
             except ValueError as error:
-                raise ValueError(f"The clipboard holds no expression: {error}") from None
+                raise ValueError(
+                    translation.text("The clipboard holds no expression: {error}", error=error)
+                ) from None
             set_pose(faces.active_face(context), parameters, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
@@ -144,7 +150,7 @@ class SKETCHTOFACE_OT_save_expression(faces.OnFace, bpy.types.Operator, ExportHe
             expressions.write(bpy.path.abspath(self.filepath), parameters)
         if outcome.failed:
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Saved {bpy.path.basename(self.filepath)}")
+        say(self, "INFO", "Saved {name}", name=bpy.path.basename(self.filepath))
         return {"FINISHED"}
 
 
@@ -183,7 +189,11 @@ class SKETCHTOFACE_OT_random_expression(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.random_expression"
     bl_label = "Random Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {"seed": IntProperty(name="Seed", min=0, default=1)}
+    __annotations__ = {
+        "seed": IntProperty(
+            name="Seed", description="Another number, another expression", min=0, default=1
+        )
+    }
 
     def invoke(self, context, event):
         """Each press another one."""

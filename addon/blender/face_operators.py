@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
-from . import faces
+from . import faces, translation
 from .reporting import reported
 
 NAME = "FACS Face"
@@ -51,7 +51,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
     def poll(cls, context):
         """Only in Object Mode: a new object cannot be added anywhere else."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
+            cls.poll_message_set(translation.tip("Go to Object Mode first"))
             return False
         return True
 
@@ -91,7 +91,11 @@ class SKETCHTOFACE_OT_random_person(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.random_person"
     bl_label = "Random Person"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {"seed": IntProperty(name="Seed", min=0, default=1)}
+    __annotations__ = {
+        "seed": IntProperty(
+            name="Seed", description="Another number, another person", min=0, default=1
+        )
+    }
 
     def invoke(self, context, event):
         """Each press another one."""

@@ -8,7 +8,7 @@ from facs_rig.blender_keys import GAZE
 from facs_rig.blender_pose import armature_of
 
 from . import expression_operators as expression
-from . import face_operators, faces
+from . import face_operators, faces, translation
 from .panel import Tab
 
 REGIONS = {"upper": "Upper Face", "mid": "Middle Face", "lower": "Lower Face"}
@@ -94,7 +94,7 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
                      icon="PASTEDOWN")  # fmt: skip
         row = column.row(align=True)
         row.operator(expression.SKETCHTOFACE_OT_load_expression.bl_idname, text="Load",
-                     icon="FILE_FOLDER")  # fmt: skip
+                     text_ctxt=translation.OWN, icon="FILE_FOLDER")  # fmt: skip
         row.operator(expression.SKETCHTOFACE_OT_save_expression.bl_idname, text="Save",
                      icon="FILE_TICK")  # fmt: skip
         row = column.row(align=True)
@@ -168,7 +168,8 @@ class SKETCHTOFACE_PT_head(OfFace, bpy.types.Panel):
                 continue
             column = self.layout.column(align=True)
             if bone.rotation_mode != ORDER:
-                column.label(text=f"{title}: turn its bone", icon="BONE_DATA")
+                said = translation.label("{part}: turn its bone", part=translation.label(title))
+                column.label(text=said, icon="BONE_DATA")
                 continue
             for axis, index in AXES:
                 column.prop(bone, "rotation_euler", index=index, text=f"{title} {axis}")

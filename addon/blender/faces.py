@@ -4,7 +4,7 @@ import bpy
 
 from facs_rig.blender_pose import check_face, is_face
 
-from . import sources
+from . import sources, translation
 
 
 def active_face(context) -> bpy.types.Object | None:
@@ -40,10 +40,12 @@ class OnFace:
         """A face must be active."""
         face = active_face(context)
         if face is None:
-            cls.poll_message_set("Select a face that Sketch to Face made")
+            cls.poll_message_set(translation.tip("Select a face that Sketch to Face made"))
             return False
         if face.library is not None or face.data.library is not None:
-            cls.poll_message_set("This face is linked from another file: make it local first")
+            cls.poll_message_set(
+                translation.tip("This face is linked from another file: make it local first")
+            )
             return False
         return True
 
@@ -56,7 +58,7 @@ class OnSketchedFace(OnFace):
         """Pins, and another fit, need the sketch."""
         face = active_face(context)
         if face is None or not face.sketch_to_face.number:
-            cls.poll_message_set("Select a face that was made of a sketch")
+            cls.poll_message_set(translation.tip("Select a face that was made of a sketch"))
             return False
         return super().poll(context)
 

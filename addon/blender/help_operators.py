@@ -43,7 +43,7 @@ class SKETCHTOFACE_OT_help(bpy.types.Operator):
         """Hand the page to the browser."""
         path = page(self.page)
         if path is None:
-            self.report({"ERROR"}, "The manual is missing: install the add-on's zip again")
+            reporting.say(self, "ERROR", "The manual is missing: install the add-on's zip again")
             return {"CANCELLED"}
         bpy.ops.wm.url_open(url=path.as_uri())
         return {"FINISHED"}
@@ -60,7 +60,7 @@ class SKETCHTOFACE_OT_log(bpy.types.Operator):
         """Hand the file to the program that reads texts."""
         path = reporting.log_path()
         if not path.is_file():
-            self.report({"INFO"}, "The log is empty: nothing unexpected has happened")
+            reporting.say(self, "INFO", "The log is empty: nothing unexpected has happened")
             return {"CANCELLED"}
         bpy.ops.wm.path_open(filepath=str(path))
         return {"FINISHED"}

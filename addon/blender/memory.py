@@ -141,16 +141,30 @@ class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
 
     __annotations__ = {
         **sources.fields(),
-        "identity": PointerProperty(type=SKETCHTOFACE_PG_identity),
+        "identity": PointerProperty(
+            name="Person", description="Who the face is", type=SKETCHTOFACE_PG_identity
+        ),
         "number": IntProperty(
             name="Number", description="Which of this file's sketches it was, counted from 1"
         ),
-        "detections": CollectionProperty(type=SKETCHTOFACE_PG_detection),
+        "detections": CollectionProperty(
+            name="Detections",
+            description="The actions that were read from the sketch",
+            type=SKETCHTOFACE_PG_detection,
+        ),
         "shown": IntProperty(
             name="Action", description="The action whose buttons are shown below the list"
         ),
-        "pins": CollectionProperty(type=SKETCHTOFACE_PG_pin),
-        "expression": CollectionProperty(type=SKETCHTOFACE_PG_slider),
+        "pins": CollectionProperty(
+            name="Pins",
+            description="The points of the face that were put in their place on the sketch",
+            type=SKETCHTOFACE_PG_pin,
+        ),
+        "expression": CollectionProperty(
+            name="Expression",
+            description="The sliders as the sketch has them",
+            type=SKETCHTOFACE_PG_slider,
+        ),
         "head": FloatVectorProperty(
             name="Head", description="How the drawn head is turned", subtype="EULER", size=3
         ),
@@ -269,7 +283,11 @@ CLASSES = (
 
 def attach() -> None:
     """Hang the groups on objects."""
-    bpy.types.Object.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_face)
+    bpy.types.Object.sketch_to_face = PointerProperty(
+        name="Sketch to Face",
+        description="What a face remembers of its sketch",
+        type=SKETCHTOFACE_PG_face,
+    )
 
 
 def detach() -> None:

@@ -5,7 +5,7 @@ from bpy.props import BoolProperty
 
 from addon.accepted import SketchError
 
-from . import faces, properties, sketching
+from . import faces, properties, sketching, translation
 from .work import InSlices
 
 
@@ -68,7 +68,7 @@ class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnSketchedFace, bpy.types.Operat
         if not super().poll(context):
             return False
         if faces.active_face(context).mode == "EDIT":
-            cls.poll_message_set("Leave Edit Mode first")
+            cls.poll_message_set(translation.tip("Leave Edit Mode first"))
             return False
         return True
 

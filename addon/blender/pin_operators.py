@@ -11,8 +11,8 @@ from bpy_extras.view3d_utils import (
 from mathutils import Vector
 from mathutils.geometry import intersect_line_plane
 
-from . import faces, memory, operators, overlay
-from .reporting import reported
+from . import faces, memory, operators, overlay, translation
+from .reporting import reported, say
 from .work import LOOKING, redraw
 
 NEAR = 14  # px on the screen within which a point is taken
@@ -24,7 +24,10 @@ def set_pin(face, name: str, place) -> None:
     from facs_rig.parameters import nearest
 
     if name not in LANDMARKS:
-        raise ValueError(f"There is no point '{name}' on a face{nearest(name, LANDMARKS)}.")
+        raise ValueError(
+            translation.text("There is no point '{name}' on a face{guess}.",
+                             name=name, guess=nearest(name, LANDMARKS))
+        )  # fmt: skip
     pin = face.sketch_to_face.pins.get(name) or face.sketch_to_face.pins.add()
     pin.name, pin.place = name, place
 
@@ -81,7 +84,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
     def invoke(self, context, event):
         """Show face and sketch from the front, with all points, and wait for the mouse."""
         if context.area is None or context.area.type != "VIEW_3D":
-            self.report({"WARNING"}, "Pins are dragged in the 3D view: press the button there")
+            say(self, "WARNING", "Pins are dragged in the 3D view: press the button there")
             return {"CANCELLED"}
         face = faces.active_face(context)
         self._name, self._taken = face.name, None
@@ -92,7 +95,9 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         operators.look_at(context, face)
         context.window_manager.modal_handler_add(self)
         context.workspace.status_text_set(
-            "Drag a point to its place    Ctrl Click: remove    Enter: fit again    Esc: leave"
+            translation.text(
+                "Drag a point to its place    Ctrl Click: remove    Enter: fit again    Esc: leave"
+            )
         )
         redraw(context, {"WINDOW"})
         return {"RUNNING_MODAL"}

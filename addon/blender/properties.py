@@ -91,7 +91,11 @@ class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
                 ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
             ],
         ),
-        "tweakables": PointerProperty(type=SKETCHTOFACE_PG_tweakables),
+        "tweakables": PointerProperty(
+            name="Tweakables",
+            description="How the lines of the drawing pull the face",
+            type=SKETCHTOFACE_PG_tweakables,
+        ),
         "strokes": EnumProperty(
             name="Strokes Without a Place",
             description="What becomes of drawn lines that the face does not have, such as scars",
@@ -178,7 +182,11 @@ CLASSES = (
 
 def attach() -> None:
     """Hang the groups on scenes."""
-    bpy.types.Scene.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_scene)
+    bpy.types.Scene.sketch_to_face = PointerProperty(
+        name="Sketch to Face",
+        description="The next sketch, and how it is fitted",
+        type=SKETCHTOFACE_PG_scene,
+    )
 
 
 def detach() -> None:

@@ -10,6 +10,8 @@ import bpy
 
 from addon.accepted import SketchError
 
+from . import translation
+
 LOG_NAME = "sketch_to_face.log"
 RAISE = "SKETCH_TO_FACE_RAISE"  # environment variable: tests and developers want the traceback
 
@@ -52,6 +54,11 @@ def log(title: str) -> Path:
     return path
 
 
+def say(operator: bpy.types.Operator, level: str, message: str, /, **values) -> None:
+    """Report in the artist's language. level : "INFO", "WARNING" or "ERROR" """
+    operator.report({level}, translation.text(message, **values))
+
+
 @contextlib.contextmanager
 def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchError):
     """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
@@ -75,9 +82,10 @@ def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchEr
         path = log(operator.bl_label)
         if os.environ.get(RAISE):
             raise
-        operator.report(
-            {"ERROR"}, f"{operator.bl_label} broke ({type(error).__name__}); details: {path}"
-        )
+        title = translation.label(operator.bl_label, "Operator")
+        kind = type(error).__name__
+        say(operator, "ERROR", "{title} broke ({kind}); details: {path}",
+            title=title, kind=kind, path=path)  # fmt: skip
 
 
 def _sentence(error: Exception) -> str:

@@ -12,7 +12,8 @@ from facs_rig import FaceParameters
 from facs_rig.blender_pose import is_face, pose_of
 from facs_rig.blender_retarget import Worn, check_wearer, wear
 
-from . import faces, preferences, sketching
+from . import faces, preferences, sketching, translation
+from .reporting import say
 from .work import InSlices, Steps, away
 
 MOST_NAMES = 5  # in a sentence; beyond that nobody reads them
@@ -30,11 +31,17 @@ def giver(context) -> bpy.types.Object:
     for choice in ([active] if active else [], selected, fitted[-1:], present):
         if len(choice) == 1:
             return choice[0]
+    if present:
+        raise ValueError(
+            translation.text(
+                "it is not clear which face gives the expression: select it too, or take the "
+                "expression from the sketch"
+            )
+        )
     raise ValueError(
-        "it is not clear which face gives the expression: select it too, or take the expression "
-        "from the sketch"
-        if present
-        else "there is no face to take the expression from: make one, or take it from the sketch"
+        translation.text(
+            "there is no face to take the expression from: make one, or take it from the sketch"
+        )
     )
 
 
@@ -45,30 +52,42 @@ def wearers(context, source: bpy.types.Object | None = None) -> list[bpy.types.O
         if mesh.type == "MESH" and mesh != source:
             chosen.setdefault(mesh.name if is_face(mesh) else mesh.data.name_full, mesh)
     if not chosen:
-        besides = f" besides '{source.name}'" if source else ""
-        raise ValueError(f"select the meshes that are to wear the expression{besides}")
+        if source is None:
+            raise ValueError(translation.text("select the meshes that are to wear the expression"))
+        raise ValueError(
+            translation.text(
+                "select the meshes that are to wear the expression besides '{name}'",
+                name=source.name,
+            )
+        )
     return list(chosen.values())
 
 
 def some(names: Iterable[str]) -> str:
     """The names as they stand in a sentence, the first few of many."""
     names = list(names)
-    more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    more, first = len(names) - MOST_NAMES, ", ".join(names[:MOST_NAMES])
+    if more <= 0:
+        return first
+    return translation.text("{names} and {more} more", names=first, more=more)
 
 
 def outcome_of(worn: Mapping[str, Worn], failed: Mapping[str, str]) -> str:
     """One sentence: what was set on which mesh, what no mesh could show, what was left out."""
-    parts = [f"{name} ({w.label}, {w.keys} keys)" for name, w in worn.items()]
-    said = f"Expression applied to {some(parts)}"
+    parts = [
+        translation.text("{name} ({convention}, {keys} keys)",
+                         name=name, convention=w.label, keys=w.keys)
+        for name, w in worn.items()
+    ]  # fmt: skip
+    said = [translation.text("Expression applied to {names}", names=some(parts))]
     lost = [name for name in next(iter(worn.values())).unshown
             if all(name in w.unshown for w in worn.values())]  # fmt: skip
     if lost:
-        said += f"; no key was found for {some(lost)}"
+        said.append(translation.text("no key was found for {names}", names=some(lost)))
     driven = dict.fromkeys(key for w in worn.values() for key in w.driven)
     if driven:
-        said += f"; driven by something else: {some(driven)}"
-    return "; ".join([said, *failed.values()])
+        said.append(translation.text("driven by something else: {names}", names=some(driven)))
+    return "; ".join([*said, *failed.values()])
 
 
 class OnMeshes:
@@ -78,10 +97,12 @@ class OnMeshes:
     def poll(cls, context):
         """A mesh must be selected."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
+            cls.poll_message_set(translation.tip("Go to Object Mode first"))
             return False
         if not any(o.type == "MESH" for o in context.selected_objects):
-            cls.poll_message_set("Select the meshes that are to wear the expression")
+            cls.poll_message_set(
+                translation.tip("Select the meshes that are to wear the expression")
+            )
             return False
         return True
 
@@ -95,6 +116,8 @@ class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
     __annotations__ = {
         "source": EnumProperty(
             name="From",
+            description="Whose expression it is",
+            **translation.OWN_CONTEXT,
             items=[
                 ("FACE", "Face", "The sliders of the active face, or of the one made last"),
                 ("SKETCH", "Sketch", "What is drawn in the chosen sketch; no face is built"),
@@ -115,7 +138,7 @@ class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
             aus = pose_of(source).aus
         else:
             read = sketching.expression(context, context.scene.sketch_to_face)
-            aus = (yield from away(read, "reading the sketch")).aus
+            aus = (yield from away(read, translation.text("reading the sketch"))).aus
         for name in meshes:
             try:
                 frame = context.scene.frame_current if self.keyframes else None
@@ -135,7 +158,9 @@ class Storyboard:
     def __init__(self, context, turn: bool) -> None:
         settings = context.scene.sketch_to_face
         if not settings.storyboard.strip():
-            raise ValueError("no folder is chosen: pick the one that your sketches are in")
+            raise ValueError(
+                translation.text("no folder is chosen: pick the one that your sketches are in")
+            )
         folder = Path(bpy.path.abspath(settings.storyboard)).expanduser()
         self.sketches = sketches_in(folder)
         self.first, self.every = context.scene.frame_current, settings.storyboard_every
@@ -168,8 +193,10 @@ class Storyboard:
 
             return pipeline.read_expression(path, detector=sketching.detector(threads))
 
-        text = f"{self.done + 1} of {len(self.sketches)}, {path.name}"
-        share = 1 / len(self.sketches)
+        total = len(self.sketches)
+        text = translation.text("{number} of {total}, {name}",
+                                number=self.done + 1, total=total, name=path.name)  # fmt: skip
+        share = 1 / total
         try:
             pose = yield from away(read, text, self.done * share, (self.done + 1) * share)
         except SketchError as error:
@@ -184,21 +211,32 @@ class Storyboard:
 
     def sentence(self) -> str:
         """What was keyed where, and what was left out."""
-        count, frames = len(self.keyed), f"frames {self.keyed[0]} to {self.keyed[-1]}"
-        said = f"{count} key poses on {some(self.names)}, {frames}"
-        if count == 1:
-            said = f"1 key pose on {some(self.names)}, frame {self.keyed[0]}"
+        first, last, names = self.keyed[0], self.keyed[-1], some(self.names)
+        if len(self.keyed) == 1:
+            said = [translation.text("1 key pose on {names}, frame {frame}",
+                                     names=names, frame=first)]  # fmt: skip
+        else:
+            said = [translation.text("{count} key poses on {names}, frames {first} to {last}",
+                                     count=len(self.keyed), names=names,
+                                     first=first, last=last)]  # fmt: skip
         if self.remaining:
-            said += f"; stopped after {self.done} of {len(self.sketches)} sketches"
-        return said + (f"; left out {some(self.bad)}" if self.bad else "")
+            said.append(translation.text("stopped after {done} of {total} sketches",
+                                         done=self.done, total=len(self.sketches)))  # fmt: skip
+        if self.bad:
+            said.append(translation.text("left out {names}", names=some(self.bad)))
+        return "; ".join(said)
 
 
 class SKETCHTOFACE_OT_storyboard(InSlices, OnMeshes, bpy.types.Operator):
-    """Make each sketch of the folder a key pose of the selected faces or meshes, from the current
-    frame on"""
+    """A folder of sketches as a row of key poses."""
 
     bl_idname = "sketch_to_face.storyboard"
     bl_label = "Storyboard"
+    # The docstring would bring its line break into the tooltip.
+    bl_description = (
+        "Make each sketch of the folder a key pose of the selected faces or meshes, from the "
+        "current frame on"
+    )
     bl_options = {"REGISTER", "UNDO"}
     __annotations__ = {
         "head": BoolProperty(
@@ -231,7 +269,8 @@ class SKETCHTOFACE_OT_storyboard(InSlices, OnMeshes, bpy.types.Operator):
             self.report({"WARNING" if job.troubles or job.remaining else "INFO"}, job.sentence())
             return {"FINISHED"}
         if job.bad:
-            self.report({"ERROR"}, f"None of the sketches could be read: {job.troubles[-1]}")
+            say(self, "ERROR", "None of the sketches could be read: {trouble}",
+                trouble=job.troubles[-1])  # fmt: skip
         return {"CANCELLED"}
 
 

@@ -17,6 +17,7 @@ from . import (
     pin_operators,
     properties,
     sources,
+    translation,
 )
 from .panel import Tab
 from .presets import SKETCHTOFACE_PT_presets
@@ -40,7 +41,7 @@ def shown_first(items, every: bool, named: str) -> tuple[list[bool], list[int]]:
     """Which actions a list shows, and the place of each: those the face does, then the likeliest.
 
     items : detections;  every : also those that are neither done, locked nor likely
-    named : only those whose label has this in it
+    named : only those whose label, in the artist's language, has this in it
     """
     order = sorted(range(len(items)), key=lambda k: (not items[k].active, -items[k].probability))
     places = [0] * len(items)
@@ -48,7 +49,7 @@ def shown_first(items, every: bool, named: str) -> tuple[list[bool], list[int]]:
         places[k] = place
     show = [
         (every or item.active or item.locked or item.probability >= LIKELY)
-        and named.lower() in LABELS.get(item.name, item.name).lower()
+        and named.lower() in translation.label(LABELS.get(item.name, item.name)).lower()
         for item in items
     ]
     return show, places
@@ -118,7 +119,8 @@ class SKETCHTOFACE_PT_detect(OfSketch, bpy.types.Panel):
         ):
             text = next(name for key, name, _ in detect_operators.DECISIONS if key == decision)
             text = "" if decision in ("LOCK", "FREE") else text  # its icon says it
-            button = row.operator(_decide, text=text, icon=icon, depress=pressed)
+            button = row.operator(_decide, text=text, text_ctxt=translation.OWN, icon=icon,
+                                  depress=pressed)  # fmt: skip
             button.name, button.decision = item.name, decision
         evidence = detect_operators.picture(memory_of.mark, item.name)
         if evidence:
@@ -139,6 +141,7 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
 
     bl_idname = "SKETCHTOFACE_PT_fit"
     bl_label = "Fit"
+    bl_translation_context = translation.OWN
     bl_order = 2
     page = "fit"
 
@@ -228,13 +231,15 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         if settings.overlay:
             column.label(text="Sketch dark, without a place blue, face red")
         template, _, fitted = face.sketch_to_face.contour_error_px
-        column.label(text=f"Lines {fitted:.1f} px apart, {template:.1f} before")
+        said = translation.label("Lines {fitted:.1f} px apart, {template:.1f} before",
+                                 fitted=fitted, template=template)  # fmt: skip
+        column.label(text=said)
         key = face.data.shape_keys.key_blocks.get(FITTED)
         if key is not None:
             column.prop(key, "value", text="Fitted Details", slider=True)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
-        column.label(text=f"Strokes without a place: {lost}")
+        column.label(text=translation.label("Strokes without a place: {count}", count=lost))
         row = column.row(align=True)
         row.prop(settings, "strokes", expand=True)
         if settings.strokes != "ignore":

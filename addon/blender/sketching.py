@@ -15,7 +15,7 @@ from facs_rig import FaceParameters
 from facs_rig.blender_keys import GAZE
 from facs_rig.blender_pose import refresh, set_pose
 
-from . import memory, preferences, properties, sources
+from . import memory, preferences, properties, sources, translation
 from .work import Errand, Progress, Steps, Tick, away, within
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def new_face(context, holder) -> Steps:
     name, shape = sources.source_of(holder).name, Shape()
     work = reading(context, holder, shape=shape)
     place = {"collection": context.collection, "location": tuple(context.scene.cursor.location)}
-    rig = yield from away(warm_up, "getting ready", 0.0, WARM)
+    rig = yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
     errand = Errand(work)
     face, waits = None, False
 
@@ -147,9 +147,11 @@ def new_face(context, holder) -> Steps:
             except StopIteration as end:
                 face = end.value
             share = WARM + (1 - WARM) * errand.share
-            yield Tick(f"reading {name}", share, shape.known if waits else None)
+            said = translation.text("reading {name}", name=name)
+            yield Tick(said, share, shape.known if waits else None)
         while not errand.done.is_set():
-            yield Tick(f"measuring {name}", WARM + (1 - WARM) * errand.share, errand.done)
+            said = translation.text("measuring {name}", name=name)
+            yield Tick(said, WARM + (1 - WARM) * errand.share, errand.done)
         found = errand.result()
     except BaseException:
         if face is not None:
@@ -174,8 +176,9 @@ def again(context, face) -> Steps:
     Locked actions, pins, gaze, place and keyframes stay.
     """
     work = reading(context, face.sketch_to_face, face)
-    yield from away(warm_up, "getting ready", 0.0, WARM)
-    found = yield from away(work, f"reading the sketch of {face.name}", WARM, READ)
+    yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
+    said = translation.text("reading the sketch of {name}", name=face.name)
+    found = yield from away(work, said, WARM, READ)
     yield from put_on(face, found)
     return found
 
@@ -187,7 +190,8 @@ def put_on(face, found: Found) -> Steps:
 
     fit = found.fit
     reshape = reshape_steps(face, load_rig(), fit.parameters.identity, fit.offsets)
-    yield from within(reshape, f"shaping {face.name}", READ, 1.0, 2)
+    said = translation.text("shaping {name}", name=face.name)
+    yield from within(reshape, said, READ, 1.0, 2)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look
     set_pose(face, fit.parameters)
     for name, angle in gaze.items():
@@ -199,6 +203,6 @@ def put_on(face, found: Found) -> Steps:
 def sentence(face: bpy.types.Object, fit) -> tuple[str, str]:
     """What to report of a fit: the kind of report and the text."""
     names = [name for name, value in fit.parameters.aus.items() if value]
-    said = f"{face.name}: {', '.join(names) or 'no expression found'}"
+    said = f"{face.name}: {', '.join(names) or translation.text('no expression found')}"
     others = fit.detection.left_out()
     return ("WARNING", f"{said}. {others}") if others else ("INFO", said)

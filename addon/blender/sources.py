@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from addon.accepted import SketchError
 
+from . import translation
 from .preferences import RELATIVE
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def fields() -> dict:
         "sketch_kind": EnumProperty(
             name="Sketch From",
             description="Where the drawing is",
+            **translation.OWN_CONTEXT,
             items=[
                 ("FILE", "File", "A picture on the disk: a scan, a photo of paper, an export",
                  "FILE_IMAGE", 0),
@@ -97,7 +99,9 @@ def source_of(holder) -> Source:
 
 def _file(holder) -> Source:
     if not holder.sketch.strip():
-        raise SketchError("No sketch is chosen: pick the image of a drawn face first.")
+        raise SketchError(
+            translation.text("No sketch is chosen: pick the image of a drawn face first.")
+        )
     path = Path(bpy.path.abspath(holder.sketch)).expanduser()
 
     def load():
@@ -120,10 +124,16 @@ def file_mark(path: Path) -> str:
 def _image(holder) -> Source:
     image = holder.sketch_image
     if image is None:
-        raise SketchError("No image is chosen: pick one of this file's images first.")
+        raise SketchError(
+            translation.text("No image is chosen: pick one of this file's images first.")
+        )
     width, height = image.size
     if not width or not height or not image.channels:
-        raise SketchError(f"The image '{image.name}' has no pixels; is its file missing?")
+        raise SketchError(
+            translation.text(
+                "The image '{name}' has no pixels; is its file missing?", name=image.name
+            )
+        )
     pixels = np.empty(width * height * image.channels, dtype=np.float32)
     image.pixels.foreach_get(pixels)
     name, channels = image.name, image.channels
@@ -141,7 +151,9 @@ def _image(holder) -> Source:
 def _pencil(holder) -> Source:
     pencil = holder.sketch_pencil
     if pencil is None or pencil.type not in PENCILS:
-        raise SketchError("No drawing is chosen: pick the Grease Pencil object you drew first.")
+        raise SketchError(
+            translation.text("No drawing is chosen: pick the Grease Pencil object you drew first.")
+        )
     found = strokes_of(pencil)
     name = pencil.name
     mark = 0

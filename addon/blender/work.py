@@ -16,7 +16,8 @@ from typing import Any
 
 import bpy
 
-from .reporting import reported
+from . import translation
+from .reporting import reported, say
 
 SLICE = 0.12  # seconds of work between two looks at mouse and keyboard
 SHOWN = 0.5  # seconds between two signs of how far it is: drawing the window takes time, too
@@ -139,7 +140,7 @@ class InSlices:
 
     def stopped(self, context) -> set[str]:
         """What to say and to return after Escape; what was done of it has been taken back."""
-        self.report({"INFO"}, f"{self.bl_label} was stopped; nothing has changed")
+        say(self, "INFO", "{title} was stopped; nothing has changed", title=_title(self))
         return {"CANCELLED"}
 
     def execute(self, context):
@@ -155,9 +156,9 @@ class InSlices:
         if bpy.app.background:
             return self.execute(context)
         if now is not None:
-            self.report({"WARNING"}, f"Still at work: {now.text}")
+            say(self, "WARNING", "Still at work: {doing}", doing=now.text)
             return {"CANCELLED"}
-        now = Tick(self.bl_label)
+        now = Tick(_title(self))
         self._steps = self.steps(context)
         manager = context.window_manager
         manager.progress_begin(0, 100)
@@ -203,7 +204,7 @@ class InSlices:
             if time.perf_counter() > end or now.waits_for is not None:
                 if time.perf_counter() > self._shown + SHOWN:
                     self._shown = time.perf_counter()
-                    _show(context, self.bl_label)
+                    _show(context, _title(self))
                 if now.waits_for is not None:
                     self._sleep(context, now.waits_for)
                 return None
@@ -253,6 +254,11 @@ class InSlices:
         redraw_sidebars(context)
 
 
+def _title(operator: bpy.types.Operator) -> str:
+    """The operator's label in the artist's language."""
+    return translation.label(operator.bl_label, "Operator")
+
+
 def run(steps: Steps) -> Any:
     """Steps to their end; what they return."""
     while True:
@@ -270,7 +276,8 @@ def _show(context, title: str) -> None:
         return
     context.window_manager.progress_update(round(100 * now.share))
     if context.workspace is not None:
-        context.workspace.status_text_set(f"{title}: {now.text}    Esc: stop")
+        said = translation.text("{title}: {doing}    Esc: stop", title=title, doing=now.text)
+        context.workspace.status_text_set(said)
     redraw_sidebars(context)
 
 
