@@ -134,8 +134,10 @@ def pictures(folder: Path, *names: str) -> None:
         if os.environ.get(FOLDER):
             kept = Path(os.environ[FOLDER]) / f"{name.partition('_')[2]}.png"
             # A third of the size. Without k-means a pin of a few pixels loses its green.
-            few = Image.open(picture).convert("RGB").quantize(
-                256, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE
+            few = (
+                Image.open(picture)
+                .convert("RGB")
+                .quantize(256, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
             )
             few.save(kept, optimize=True)
 
