@@ -114,8 +114,11 @@ def layout(shell, sketch) -> Layout:
 
 
 def texts() -> dict[str, str]:
-    """Page of the manual -> its text."""
-    return {page.stem: page.read_text(encoding="utf-8") for page in MANUAL.glob("*.md")}
+    """Page of the manual -> its text, in one line."""
+    return {
+        page.stem: " ".join(page.read_text(encoding="utf-8").split())
+        for page in MANUAL.glob("*.md")
+    }
 
 
 def test_what_the_manual_has_in_bold_is_a_label_of_the_add_on(layout):
@@ -127,7 +130,7 @@ def test_what_the_manual_has_in_bold_is_a_label_of_the_add_on(layout):
 
 def test_every_button_and_field_of_the_panels_is_in_the_manual(layout):
     many = {c.label for c in CONTROLS} | {f.label for f in IDENTITY}
-    told = "\n".join(texts().values()).casefold()
+    told = " ".join(texts().values()).casefold()
     pins = {name.replace("_", " ").capitalize() for name in LANDMARKS}
     few = layout.handles - many - pins
     assert not {text for text in few if text.casefold() not in told}
