@@ -53,6 +53,8 @@ def _find_core() -> bool:
 
 _bundled = _find_core()
 
+import bpy  # noqa: E402
+
 from . import (  # noqa: E402  (the core must be found first)
     detect_operators,
     export_operators,
@@ -100,18 +102,24 @@ _MODULES = (
 
 
 def register() -> None:
-    """Add the tab and its operators to Blender."""
+    """Add the tab and its operators to Blender: each module's classes, then what else it needs."""
     if _bundled and str(_BUNDLED_CORE) not in sys.path:  # enabled again after unregister
         sys.path.append(str(_BUNDLED_CORE))
     reporting.register(__package__)
     for module in _MODULES:
-        module.register()
+        for cls in getattr(module, "CLASSES", ()):
+            bpy.utils.register_class(cls)
+        if hasattr(module, "attach"):
+            module.attach()
 
 
 def unregister() -> None:
     """Take everything away again, in reverse."""
     for module in reversed(_MODULES):
-        module.unregister()
+        if hasattr(module, "detach"):
+            module.detach()
+        for cls in reversed(getattr(module, "CLASSES", ())):
+            bpy.utils.unregister_class(cls)
     reporting.unregister()
     if _bundled and str(_BUNDLED_CORE) in sys.path:
         sys.path.remove(str(_BUNDLED_CORE))

@@ -146,19 +146,15 @@ CLASSES = (
 )
 
 
-def register() -> None:
-    """Register the operators."""
+def attach() -> None:
+    """Make room for pictures."""
     global _pictures
     _pictures = bpy.utils.previews.new()
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _pictures
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
     bpy.utils.previews.remove(_pictures)
     _pictures = None
     _found.clear()

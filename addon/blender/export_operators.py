@@ -110,15 +110,3 @@ def _writer(path: Path, face: bpy.types.Object, names: str):
 
 
 CLASSES = (SKETCHTOFACE_OT_export,)
-
-
-def register() -> None:
-    """Register the operator."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

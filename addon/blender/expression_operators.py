@@ -250,15 +250,3 @@ CLASSES = (
     SKETCHTOFACE_OT_mirror_expression,
     SKETCHTOFACE_OT_key_expression,
 )
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

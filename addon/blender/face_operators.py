@@ -131,15 +131,11 @@ def _menu(self, context):
     self.layout.operator(MESH_OT_add_facs_face.bl_idname, text=NAME, icon="USER")
 
 
-def register() -> None:
-    """Register the operators and the entry in Add > Mesh."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+def attach() -> None:
+    """Add the entry in Add > Mesh."""
     bpy.types.VIEW3D_MT_mesh_add.append(_menu)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     bpy.types.VIEW3D_MT_mesh_add.remove(_menu)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

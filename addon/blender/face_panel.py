@@ -234,15 +234,3 @@ CLASSES = (
     SKETCHTOFACE_PT_identity,
     *(_identity_panel(group, features) for group, features in identity_groups().items()),
 )
-
-
-def register() -> None:
-    """Register the panels, parents first."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

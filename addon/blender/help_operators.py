@@ -67,15 +67,3 @@ class SKETCHTOFACE_OT_log(bpy.types.Operator):
 
 
 CLASSES = (SKETCHTOFACE_OT_help, SKETCHTOFACE_OT_log)
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

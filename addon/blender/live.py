@@ -53,7 +53,10 @@ def changed(face: bpy.types.Object) -> bool:
     except ValueError as error:
         troubles[face.name] = str(error)
         return False
-    if mark == face.sketch_to_face.mark or face.mode == "EDIT":
+    if mark == face.sketch_to_face.mark:
+        troubles.pop(face.name, None)
+        return False
+    if face.mode == "EDIT":
         return False
     return _tried.get(face.name) != mark
 
@@ -105,13 +108,13 @@ def wait(seconds: float = 60.0) -> None:
         watch()
 
 
-def register() -> None:
+def attach() -> None:
     """Begin to watch."""
     bpy.app.timers.register(watch, first_interval=EVERY, persistent=True)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _at_work, _waits_for
     if bpy.app.timers.is_registered(watch):
         bpy.app.timers.unregister(watch)

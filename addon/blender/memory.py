@@ -267,15 +267,11 @@ CLASSES = (
 )
 
 
-def register() -> None:
-    """Register the groups and hang them on objects."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+def attach() -> None:
+    """Hang the groups on objects."""
     bpy.types.Object.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_face)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     del bpy.types.Object.sketch_to_face
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -124,15 +124,3 @@ CLASSES = (
     SKETCHTOFACE_OT_adopt_sketch,
     SKETCHTOFACE_OT_default_tweakables,
 )
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

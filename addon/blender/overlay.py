@@ -189,14 +189,14 @@ def _draw_points(points: list[NDArray], colour: tuple[float, ...], size: float) 
     batch.draw(shader)
 
 
-def register() -> None:
+def attach() -> None:
     """Draw over every 3D view; nothing is drawn while the overlay is off."""
     global _handler
     _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_VIEW")
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _handler
     bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
     _handler = None

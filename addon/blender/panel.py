@@ -95,18 +95,14 @@ class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
 CLASSES = (SKETCHTOFACE_PT_sketch,)
 
 
-def register() -> None:
-    """Register the panel."""
+def attach() -> None:
+    """Make room for thumbnails."""
     global _thumbnails
     _thumbnails = bpy.utils.previews.new()
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     global _thumbnails
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
     bpy.utils.previews.remove(_thumbnails)
     _thumbnails = None

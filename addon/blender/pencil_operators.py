@@ -67,15 +67,3 @@ def _look(context) -> None:
 
 
 CLASSES = (SKETCHTOFACE_OT_new_drawing,)
-
-
-def register() -> None:
-    """Register the operator."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

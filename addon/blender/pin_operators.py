@@ -195,15 +195,3 @@ class SKETCHTOFACE_OT_drag_pins(OnSketchedFace, bpy.types.Operator):
 
 
 CLASSES = (SKETCHTOFACE_OT_pin, SKETCHTOFACE_OT_unpin, SKETCHTOFACE_OT_drag_pins)
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -75,11 +75,4 @@ def folder(context) -> Path | None:
     return path if path is not None and path.is_dir() else None
 
 
-def register() -> None:
-    """Register the preferences."""
-    bpy.utils.register_class(SKETCHTOFACE_AP_preferences)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    bpy.utils.unregister_class(SKETCHTOFACE_AP_preferences)
+CLASSES = (SKETCHTOFACE_AP_preferences,)

@@ -36,15 +36,3 @@ class SKETCHTOFACE_PT_presets(PresetPanel, bpy.types.Panel):
 
 
 CLASSES = (SKETCHTOFACE_OT_add_preset, SKETCHTOFACE_PT_presets)
-
-
-def register() -> None:
-    """Register operator and list."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

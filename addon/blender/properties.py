@@ -176,15 +176,11 @@ CLASSES = (
 )
 
 
-def register() -> None:
-    """Register the groups and hang them on scenes."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+def attach() -> None:
+    """Hang the groups on scenes."""
     bpy.types.Scene.sketch_to_face = PointerProperty(type=SKETCHTOFACE_PG_scene)
 
 
-def unregister() -> None:
-    """The reverse of register."""
+def detach() -> None:
+    """The reverse of attach."""
     del bpy.types.Scene.sketch_to_face
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -236,15 +236,3 @@ class SKETCHTOFACE_OT_storyboard(InSlices, OnMeshes, bpy.types.Operator):
 
 
 CLASSES = (SKETCHTOFACE_OT_apply_expression, SKETCHTOFACE_OT_storyboard)
-
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

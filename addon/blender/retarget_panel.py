@@ -31,15 +31,3 @@ class SKETCHTOFACE_PT_retarget(Tab, bpy.types.Panel):
 
 
 CLASSES = (SKETCHTOFACE_PT_retarget,)
-
-
-def register() -> None:
-    """Register the panel."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

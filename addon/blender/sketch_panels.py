@@ -117,6 +117,7 @@ class SKETCHTOFACE_PT_detect(OfSketch, bpy.types.Panel):
             ("FREE" if item.locked else "LOCK", "LOCKED" if item.locked else "UNLOCKED", False),
         ):
             text = next(name for key, name, _ in detect_operators.DECISIONS if key == decision)
+            text = "" if decision in ("LOCK", "FREE") else text  # its icon says it
             button = row.operator(_decide, text=text, icon=icon, depress=pressed)
             button.name, button.decision = item.name, decision
         evidence = detect_operators.picture(memory_of.mark, item.name)
@@ -149,8 +150,10 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         settings = context.scene.sketch_to_face
         column = layout.column()
         column.prop(settings, "method")
-        column.prop(settings.tweakables, "mirror")
-        column.prop(settings, "place_head")
+        ticks = column.column(align=True)
+        ticks.use_property_split = False  # the words beside a tick need the whole width
+        ticks.prop(settings.tweakables, "mirror")
+        ticks.prop(settings, "place_head")
         if settings.place_head:
             for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
                 column.prop(settings, "head_box", index=index, text=side)
@@ -253,15 +256,3 @@ CLASSES = (
     SKETCHTOFACE_PT_tweakables,
     SKETCHTOFACE_PT_result,
 )
-
-
-def register() -> None:
-    """Register list and panels, parents first."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """The reverse of register."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

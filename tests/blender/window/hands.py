@@ -246,10 +246,11 @@ def look(desk: Desk, face: bpy.types.Object):
     overlay.show_floor = overlay.show_ortho_grid = False
     overlay.show_axis_x = overlay.show_axis_y = overlay.show_outline_selected = False
     overlay.show_bones = overlay.show_cursor = overlay.show_object_origins = False
+    bpy.context.preferences.system.viewport_aa = "8"
     with desk.context():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
-    yield FRAME * 8
+    yield 6.0  # until the last of the frames that smooth it
 
 
 def clear(desk: Desk):
