@@ -30,6 +30,8 @@ from facs_rig.conventions import CONVENTIONS
 from facs_rig.identity import ETHNICITIES, FEATURES
 from facs_rig.parameters import ANGLES, intensities
 from facs_rig.retarget import retarget, unshown
+from snakes import LINE_TWEAKABLES
+from snakes.tweakables import describe
 
 DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
@@ -103,6 +105,21 @@ def conventions() -> str:
         if len(lost) > 8:
             names = "most that is no emotion, vowel or blink"
         out.append(f"| {c.label} | {len(c.keys)} | {len(CONTROL_NAMES) - len(lost)} | {names} |")
+    return "\n".join(out)
+
+
+def tweakables() -> str:
+    """What an artist can tweak, in the order of the panel; which method looks at it."""
+    out = ["| tweakable | as it comes | what it does | method |", "|---|---|---|---|"]
+    for name, kind, default, about in describe():
+        if name == "mirror":  # it stands in the panel above
+            continue
+        if kind is bool:
+            value = "on" if default else "off"
+        else:
+            value = default if kind is str else f"{default:g} {about['unit']}".strip()
+        method = "both" if name in LINE_TWEAKABLES else "Thesis"
+        out.append(f"| {about['label']} | {value} | {about['help']} | {method} |")
     return "\n".join(out)
 
 
@@ -326,7 +343,8 @@ def sampled_kinds() -> str:
 # --- the pages ------------------------------------------------------------------------------------
 
 TABLES = {
-    "artist.md": (conventions,),
+    "manual/any_rig.md": (conventions,),
+    "manual/fit.md": (tweakables,),
     "face.md": (controls, words, identity, numbers),
     "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_kinds,
                    sampled_pages),

@@ -151,6 +151,9 @@ def session(options, result: dict):
     face.update_tag()
     yield FRAME * 3
     assert np.abs(vertices(name) - drawn).max() > 0.003, "the reloaded face is dead"
+    for region in desk.area.regions:
+        region.tag_redraw()
+    yield FRAME * 8
     desk.screenshot(options.out / "6_reloaded.png")
 
     with desk.context():

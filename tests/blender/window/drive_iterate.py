@@ -8,6 +8,7 @@ mouse; turns the overlay on; draws a line with Grease Pencil in a live sketch; s
 Escape. As drive.py: status 0 and DIR/result.json if every step held.
 """
 
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -115,7 +116,10 @@ def session(options, result: dict):
     bpy.context.preferences.view.ui_scale = 0.9
     yield from clear(desk)
     yield from open_tab(desk)
-    bpy.context.scene.sketch_to_face.sketch = str(options.sketch)
+    # Beside the .blend file, so that no picture of the window shows where this computer has it.
+    shutil.copy(options.sketch, options.out)
+    bpy.ops.wm.save_as_mainfile(filepath=str(options.out / "scene.blend"))
+    bpy.context.scene.sketch_to_face.sketch = f"//{options.sketch.name}"
     with desk.context():
         bpy.ops.ed.undo_push(message="Choose the sketch")
     desk.area.tag_redraw()
