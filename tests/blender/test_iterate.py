@@ -298,6 +298,20 @@ def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path
     assert face.name not in live.troubles
 
 
+def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face, tmp_path, sketch):
+    from addon.blender import live
+
+    settings, before = face.sketch_to_face, face.sketch_to_face.sketch
+    settings.live = True
+    for end in (lambda: setattr(settings, "sketch", before), lambda: setattr(settings, "live", 0)):
+        settings.sketch = str(tmp_path / "gone.png")
+        look()
+        assert "gone.png" in live.troubles[face.name]
+        end()
+        look()
+        assert not live.troubles and not live._tried
+
+
 def test_a_live_face_that_is_deleted_meanwhile_is_no_trouble(face):
     from addon.blender import live
 
