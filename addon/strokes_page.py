@@ -29,7 +29,7 @@ ON_A_LINE = 1e-4
 """Points that spread so much less across than along lie on a line."""
 THINNEST = 1.5
 """Pixels: thinner lines fade, and are lost when the page is read."""
-THICKEST = 1 / 40
+THICKEST = 1 / 100
 """Of the page's longest side: thicker lines fill the features of a face."""
 STEP = 2.0, 8.0
 """Pixels between the places at which a line is drawn, as it is wide."""

@@ -76,7 +76,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
                 NAME,
                 rig,
                 FaceParameters(identity=identity),
-                collection=context.collection,
+                collection=faces.home(context),
                 location=context.scene.cursor.location,
                 identity_keys=self.identity_keys,
                 arkit=self.arkit,

@@ -63,10 +63,19 @@ class OnSketchedFace(OnFace):
         return super().poll(context)
 
 
-def select_alone(context, face: bpy.types.Object) -> None:
-    """Make the face the active object, and the only selected one."""
+def home(context) -> bpy.types.Collection:
+    """The collection that new objects go to: the active one or, where that is of another file or
+    left out of what is shown, the scene's own, as with Blender's own new objects."""
+    active = context.collection
+    own = active.library is None and active.override_library is None
+    shown = not context.view_layer.active_layer_collection.exclude
+    return active if own and shown else context.scene.collection
+
+
+def select_alone(context, made: bpy.types.Object) -> None:
+    """Make it the active object, and the only selected one."""
     for selected in context.selected_objects:
         selected.select_set(False)
-    if face.name in context.view_layer.objects:
-        face.select_set(True)
-        context.view_layer.objects.active = face
+    if made.name in context.view_layer.objects:
+        made.select_set(True)
+        context.view_layer.objects.active = made

@@ -10,7 +10,6 @@ import time
 
 import bpy
 
-from addon.accepted import SketchError
 from facs_rig.blender_pose import check_face, is_face
 
 from . import sketching, sources, work
@@ -21,13 +20,14 @@ BUSY = 0.02  # seconds between looks at a fit that goes on
 
 _at_work: work.Steps | None = None
 _waits_for = None
-_tried: dict[str, str] = {}  # name of a face -> state of its sketch that could not be read
+_tried: dict[str, tuple[str, str]] = {}  # name of a face -> state of its sketch that failed, why
 troubles: dict[str, str] = {}  # name of a face -> why its sketch cannot be read, for the panel
 
 
 def live_faces() -> list[bpy.types.Object]:
-    """The faces of this file whose sketch is watched."""
-    return [o for o in bpy.data.objects if is_face(o) and o.sketch_to_face.live]
+    """The faces of this file whose sketch is watched; not those that are linked into it."""
+    faces = (o for o in bpy.data.objects if is_face(o) and o.library is None)
+    return [face for face in faces if face.sketch_to_face.live]
 
 
 def watch() -> float:
@@ -37,8 +37,9 @@ def watch() -> float:
         return _go_on()
     if work.now is not None:  # a button's work comes first
         return EVERY
-    begin = time.perf_counter()
-    for face in live_faces():
+    begin, faces = time.perf_counter(), live_faces()
+    _forget((_tried.keys() | troubles) - {face.name for face in faces})
+    for face in faces:
         if changed(face):
             _at_work = refit(face.name)
             return _go_on()
@@ -53,12 +54,20 @@ def changed(face: bpy.types.Object) -> bool:
     except ValueError as error:
         troubles[face.name] = str(error)
         return False
-    if mark == face.sketch_to_face.mark:
-        troubles.pop(face.name, None)
+    if mark == face.sketch_to_face.mark:  # what was wrong was undone, or mended by the button
+        _forget({face.name})
         return False
-    if face.mode == "EDIT":
-        return False
-    return _tried.get(face.name) != mark
+    tried, why = _tried.get(face.name, ("", ""))
+    if tried == mark:
+        troubles[face.name] = why
+    return tried != mark and face.mode != "EDIT"
+
+
+def _forget(names: set[str]) -> None:
+    """Nothing is wrong with the sketches of these faces any more."""
+    for name in names:
+        _tried.pop(name, None)
+        troubles.pop(name, None)
 
 
 def refit(name: str) -> work.Steps:
@@ -73,10 +82,8 @@ def refit(name: str) -> work.Steps:
         face = bpy.data.objects.get(name)  # deleted, renamed or undone meanwhile
         if face is not None and is_face(face) and face.sketch_to_face.live:
             yield from sketching.put_on(face, found)
-    except SketchError as error:
-        _tried[name], troubles[name] = mark, str(error)
     except ValueError as error:
-        _tried[name], troubles[name] = mark, str(error)
+        _tried[name], troubles[name] = (mark, str(error)), str(error)
 
 
 def _go_on() -> float:

@@ -2,6 +2,7 @@
 
 import bpy
 
+from . import faces
 from .operators import to_object_mode
 from .reporting import reported
 
@@ -22,11 +23,9 @@ class SKETCHTOFACE_OT_new_drawing(bpy.types.Operator):
             pencil = new_pencil(context)
             settings = context.scene.sketch_to_face
             settings.sketch_kind, settings.sketch_pencil = "PENCIL", pencil
-            for other in context.selected_objects:
-                other.select_set(False)
-            pencil.select_set(True)
-            context.view_layer.objects.active = pencil
-            _look(context)
+            faces.select_alone(context, pencil)
+            if context.active_object == pencil:
+                _look(context)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
@@ -44,7 +43,7 @@ def new_pencil(context) -> bpy.types.Object:
     ink.grease_pencil.color = (0.02, 0.02, 0.02, 1.0)
     data.materials.append(ink)
     pencil.location = context.scene.cursor.location
-    context.collection.objects.link(pencil)
+    faces.home(context).objects.link(pencil)
     return pencil
 
 

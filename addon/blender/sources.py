@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 PENCILS = ("GREASEPENCIL", "GPENCIL")  # what the object's type is called, from and before 4.3
 FIELDS = ("sketch_kind", "sketch", "sketch_image", "sketch_pencil")
+BESIDE = 0.14  # metres from the drawing to the middle of the face
 THINNEST = 0.0005  # metres: strokes of this radius and thinner count as that
 
 
@@ -174,6 +175,20 @@ def _pencil(holder) -> Source:
         return Drawing.of(page, f"The Grease Pencil drawing '{name}'"), to_plane
 
     return Source(name, f"{name} {len(found)} {mark}", load)
+
+
+def place_beside(context, holder) -> tuple[float, float, float]:
+    """Where the face of a sketch comes to stand, metres: at the 3D cursor or, where the sketch is
+    drawn in the view, to its right, so that neither hides the other."""
+    if holder.sketch_kind != "PENCIL" or holder.sketch_pencil is None:
+        return tuple(context.scene.cursor.location)
+    drawn = [points for points, _ in strokes_of(holder.sketch_pencil)]
+    if not drawn:
+        return tuple(context.scene.cursor.location)
+    points = np.concatenate(drawn)
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    x, y, z = float(high[0]) + BESIDE, *((low + high) / 2)[1:].tolist()
+    return (x, y, z)
 
 
 def strokes_of(pencil: bpy.types.Object) -> list[tuple[NDArray, NDArray]]:

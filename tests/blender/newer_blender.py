@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import tomllib
 from pathlib import Path
 
 from .conftest import ROOT
@@ -48,9 +49,26 @@ def blender_5_2() -> tuple[Path, Path]:
     done = WHERE / "installed"  # written last, so that a broken installation is made anew
     if not done.is_file() or done.read_text() != " ".join(WHAT):
         subprocess.run([python_3_13(), "-m", "venv", "--clear", WHERE], check=True)
-        pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-        asked = subprocess.run([*pip, *WHAT], capture_output=True, text=True, check=False)
-        if asked.returncode:
-            raise Missing(f"pip cannot install {' '.join(WHAT)}: {asked.stderr.strip()[-500:]}")
+        _install(python, *WHAT)
         done.write_text(" ".join(WHAT))
     return python, site
+
+
+def blender_5_2_with_the_core() -> Path:
+    """Its Python, with what the core needs at run time and the tests installed beside it."""
+    python, _ = blender_5_2()
+    pins = ROOT / "constraints.txt"
+    needs = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    what = [*WHAT, "pytest", "hypothesis", *needs]  # WHAT once more: numpy has to stay as it is
+    done, text = WHERE / "installed-core", " ".join([*what, pins.read_text()])
+    if not done.is_file() or done.read_text() != text:
+        _install(python, "--constraint", str(pins), *what)
+        done.write_text(text)
+    return python
+
+
+def _install(python: Path, *what: str) -> None:
+    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    asked = subprocess.run([*pip, *what], capture_output=True, text=True, check=False)
+    if asked.returncode:
+        raise Missing(f"pip cannot install {' '.join(what)}: {asked.stderr.strip()[-500:]}")

@@ -128,6 +128,7 @@ def landmark(face, evaluated, rig, name) -> np.ndarray:
     """Where a landmark of the face lies on its sketch, pixels."""
     zoom, u, v = face.sketch_to_face.camera
     x, y, _ = evaluated(face)[rig.landmarks[LANDMARKS.index(name)]]
+    x, y = x - face.matrix_world.translation.x, y - face.matrix_world.translation.z
     return np.array([u + zoom * x, v - zoom * y])
 
 
@@ -296,6 +297,20 @@ def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path
     file.write_bytes(sketch.read_bytes())
     look()
     assert face.name not in live.troubles
+
+
+def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face, tmp_path, sketch):
+    from addon.blender import live
+
+    settings, before = face.sketch_to_face, face.sketch_to_face.sketch
+    settings.live = True
+    for end in (lambda: setattr(settings, "sketch", before), lambda: setattr(settings, "live", 0)):
+        settings.sketch = str(tmp_path / "gone.png")
+        look()
+        assert "gone.png" in live.troubles[face.name]
+        end()
+        look()
+        assert not live.troubles and not live._tried
 
 
 def test_a_live_face_that_is_deleted_meanwhile_is_no_trouble(face):

@@ -257,6 +257,23 @@ def test_button_leaves_edit_mode_by_itself(shell, rig, sketch):
     assert bpy.context.active_object.name == sketch.stem
 
 
+def test_new_objects_go_to_the_scene_where_the_active_collection_is_of_another_file(
+    shell, sketch, tmp_path
+):
+    file = str(tmp_path / "cast.blend")
+    bpy.data.libraries.write(file, {bpy.data.collections.new("Cast")})
+    with bpy.data.libraries.load(file, link=True) as (_, taken):
+        taken.collections = ["Cast"]
+    bpy.context.scene.collection.children.link(taken.collections[0])
+    layers = bpy.context.view_layer
+    layers.active_layer_collection = layers.layer_collection.children[0]
+    assert bpy.context.collection.library is not None
+    for make in (lambda: press(sketch), bpy.ops.mesh.add_facs_face,
+                 bpy.ops.sketch_to_face.new_drawing):  # fmt: skip
+        assert make() == {"FINISHED"}
+        assert bpy.context.active_object.users_collection == (bpy.context.scene.collection,)
+
+
 def test_head_placed_by_hand_reaches_the_core(shell):
     from addon.blender import properties
 
