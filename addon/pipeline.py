@@ -312,10 +312,7 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
 
 
 def _detect(drawing: Drawing, align: str | None, detector: Detector | None) -> Detection:
-    head = None
-    if align is not None:
-        left, top, right, bottom = _box(drawing, align)
-        head = Crop(left, top, right - left, bottom - top)
+    head = head_in(drawing, align)
     detection = (detector or load_detector()).detect(drawing.image, head)
     if detection.face_probability < LEAST_FACE and align is None:
         raise SketchError(
@@ -329,6 +326,17 @@ def _worn(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:
     """Expression and head as detected, but for the controls that the artist has settled."""
     aus = {**detection.expression(), **settled}
     return FaceParameters({name: float(v) for name, v in aus.items() if v}, {}, detection.head)
+
+
+def head_in(drawing: Drawing, align: str | None) -> Crop | None:
+    """The part of `drawing.image` that `FitOptions.align` names; None where the head is looked for.
+
+    Raises ValueError, one sentence, for a text that is no box.
+    """
+    if align is None:
+        return None
+    left, top, right, bottom = _box(drawing, align)
+    return Crop(left, top, right - left, bottom - top)
 
 
 def _align(

@@ -57,13 +57,19 @@ class Evidence:
         return (rows @ heat @ columns.T).astype(np.float32)
 
 
-def evidence(drawing: NDArray, detector: Detector, progress: Progress | None = None) -> Evidence:
+def evidence(
+    drawing: NDArray,
+    detector: Detector,
+    progress: Progress | None = None,
+    head: Crop | None = None,
+) -> Evidence:
     """Read a drawing (h, w) float, 1 = paper and 0 = ink, and find out what the answers rest on.
 
-    `progress(done, total)` counts erasures. Raises ValueError as `Detector.detect` does.
+    `progress(done, total)` counts erasures. head : where to look, as for `Detector.detect`, which
+    also raises the same ValueErrors.
     """
     page = as_page(drawing)
-    reading = detector.read(page)
+    reading = detector.read(page, head)
     ink = even_ink(area_resample(page, reading.box, detector.size))
     heat = occlusion(ink, detector, progress)
     height, width = page.shape

@@ -7,7 +7,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from addon.accepted import SketchError
 
-from . import faces, memory, sketching, sources, translation
+from . import faces, memory, preferences, properties, sketching, sources, translation
 from .work import InSlices, away
 
 PICTURE = 384  # px, side of an evidence picture
@@ -93,27 +93,31 @@ class SKETCHTOFACE_OT_evidence(InSlices, faces.OnFace, bpy.types.Operator):
 
     def steps(self, context):
         """Erase the sketch patch by patch, read it each time; keep a picture for every action."""
-        from . import preferences
-
         face = faces.active_face(context)
         source = sources.source_of(face.sketch_to_face)
-        work = pictures_of(source, preferences.of(context).threads)
+        align = properties.fit_values(context)["align"]
+        work = pictures_of(source, align, preferences.of(context).threads)
         made = yield from away(work, translation.text("erasing the sketch patch by patch"))
-        keep(source.mark, made)
+        keep(face.sketch_to_face.mark, made)
         return {"FINISHED"}
 
 
-def pictures_of(source, threads: int):
-    """A function, for a thread: every action's picture (s, s, 4) float32, Blender's way up."""
+def pictures_of(source, align: str | None, threads: int):
+    """A function, for a thread: every action's picture (s, s, 4) float32, Blender's way up.
+
+    align : where the head is, as for a fit
+    """
 
     def work(progress):
         from addon.explain import VIEW, coloured
+        from addon.pipeline import head_in
         from classifiers.evidence import evidence
         from classifiers.finding import widened
         from classifiers.preprocess import area_resample, as_page
 
         drawing, _ = source.load()
-        seen = evidence(drawing.image, sketching.detector(threads), progress)
+        head = head_in(drawing, align)
+        seen = evidence(drawing.image, sketching.detector(threads), progress, head)
         view = widened(seen.box, VIEW)
         ink = area_resample(as_page(drawing.image), view, PICTURE)
         made = {}

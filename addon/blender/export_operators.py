@@ -29,6 +29,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
     bl_options = {"REGISTER"}
     filename_ext = ".glb"
     __annotations__ = {
+        "filepath": preferences.filepath(),
         "filter_glob": StringProperty(
             default=";".join(f"*{suffix}" for suffix, *_ in FORMATS), options={"HIDDEN"}
         ),

@@ -127,6 +127,7 @@ class SKETCHTOFACE_OT_save_expression(faces.OnFace, bpy.types.Operator, ExportHe
     bl_options = {"REGISTER"}
     filename_ext = expressions.SUFFIX
     __annotations__ = {
+        "filepath": preferences.filepath(),
         "filter_glob": StringProperty(default=f"*{expressions.SUFFIX}", options={"HIDDEN"}),
         "person": BoolProperty(
             name="With the Person",

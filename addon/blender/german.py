@@ -347,8 +347,8 @@ PANELS = {
     "Lower Face": "Unteres Gesicht",
     "Sliders of the lower face.": "Regler des unteren Gesichts.",
     "Fit Presets": "Anpass-Vorgaben",
-    "The list of presets in the header of the panel Fit.": (
-        "Die Liste der Vorgaben im Kopf des Bereichs Anpassen."
+    "The list of presets in the header of the panel Tweakables.": (
+        "Die Liste der Vorgaben im Kopf des Bereichs Stellschrauben."
     ),
     "Result": "Ergebnis",
     "How near the face came, what to do with the rest, where it goes.": (

@@ -68,6 +68,16 @@ def of(context) -> "SKETCHTOFACE_AP_preferences | Defaults":
     return addon.preferences if addon is not None and addon.preferences else Defaults()
 
 
+def filepath():
+    """The file of an export; asked for anew each time, as another face has another name."""
+    return StringProperty(
+        name="File Path",
+        description="Where the file is written",
+        subtype="FILE_PATH",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+
 def in_folder(context, name: str) -> str:
     """A file's name with the folder that the artist likes files to go to, if that is there."""
     chosen = of(context).folder.strip()

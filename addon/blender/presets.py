@@ -26,7 +26,7 @@ class SKETCHTOFACE_OT_add_preset(AddPresetBase, bpy.types.Operator):
 
 
 class SKETCHTOFACE_PT_presets(PresetPanel, bpy.types.Panel):
-    """The list of presets in the header of the panel Fit."""
+    """The list of presets in the header of the panel Tweakables."""
 
     bl_label = "Fit Presets"
     bl_space_type = Tab.bl_space_type

@@ -155,7 +155,8 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         column.prop(settings, "method")
         ticks = column.column(align=True)
         ticks.use_property_split = False  # the words beside a tick need the whole width
-        ticks.prop(settings.tweakables, "mirror")
+        if settings.method != "shape":
+            ticks.prop(settings.tweakables, "mirror")
         ticks.prop(settings, "place_head")
         if settings.place_head:
             for index, side in enumerate(("Left", "Top", "Right", "Bottom")):
@@ -210,7 +211,8 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         column = layout.column()
         group = settings.tweakables
         for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
-            if name != "mirror" and (settings.method == "thesis" or name in LINE_TWEAKABLES):
+            used = settings.method == "lines" and name in LINE_TWEAKABLES
+            if name != "mirror" and (settings.method == "thesis" or used):
                 column.prop(group, name)
         layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
@@ -245,7 +247,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         if settings.strokes != "ignore":
             for name in ("stroke_profile", "stroke_depth", "stroke_width"):
                 column.prop(settings, name)
-        if settings.strokes != face.sketch_to_face.strokes:
+        if settings.strokes != "ignore" or settings.strokes != face.sketch_to_face.strokes:
             column.operator(operators.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
         row = self.layout.row(align=True)
         row.operator(expression_operators.SKETCHTOFACE_OT_save_expression.bl_idname,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
 from facs_rig.blender_keys import GAZE
-from facs_rig.blender_pose import refresh, set_pose
+from facs_rig.blender_pose import pose_of, refresh, set_pose
 
 from . import faces, memory, preferences, properties, sources, translation
 from .work import Errand, Progress, Steps, Tick, away, within
@@ -21,6 +21,7 @@ from .work import Errand, Progress, Steps, Tick, away, within
 if TYPE_CHECKING:
     from addon.pipeline import FaceFit
 
+UNREAD = ("wrinkles",)  # of a person, what no drawing is asked for
 ASKED = 0.005  # seconds that Blender waits for a thread at a time
 WARM, READ = 0.1, 0.7  # shares of the whole at which these steps end
 
@@ -173,7 +174,7 @@ def remove(face: bpy.types.Object) -> None:
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, place and keyframes stay.
+    Locked actions, pins, gaze, neck, depth of creases, place and keyframes stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
@@ -188,12 +189,14 @@ def put_on(face, found: Found) -> Steps:
     from facs_rig import load_rig
     from facs_rig.blender_reshape import reshape_steps
 
-    fit = found.fit
-    reshape = reshape_steps(face, load_rig(), fit.parameters.identity, fit.offsets)
+    fit, before = found.fit, pose_of(face)
+    kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
+    who = {**fit.parameters.identity, **kept}
+    reshape = reshape_steps(face, load_rig(), who, fit.offsets)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look
-    set_pose(face, fit.parameters)
+    set_pose(face, replace(fit.parameters, neck=before.neck))
     for name, angle in gaze.items():
         face[name] = angle
     refresh(face)

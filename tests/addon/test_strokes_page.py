@@ -103,12 +103,12 @@ def lines_at(heights, widths, **more) -> list[PenStroke]:
 def test_widths_are_the_pens_within_limits():
     page, to_plane = page_of_strokes(lines_at((0.0, 0.3, 0.6), (0.0, 0.01, 0.5)), 1000)
     thick = (1 - page[:, 500]).astype(float)
-    rows = [(0.6, 25.0), (0.3, 0.01 / to_plane[0, 0]), (0.0, 1.5)]
+    rows = [(0.6, 10.0), (0.3, 0.01 / to_plane[0, 0]), (0.0, 1.5)]
     for y, expected in rows:
         v = int((y - to_plane[1, 2]) / to_plane[1, 1])
         assert thick[v - 40 : v + 40].sum() == pytest.approx(expected, rel=0.02)
     ends = np.array([[0.0, 0.9], [1.0, 0.9]])
-    swelling = PenStroke(ends, np.array([0.002, 0.02]))
+    swelling = PenStroke(ends, np.array([0.0017, 0.0095]))
     page, _ = page_of_strokes([swelling, *lines_at((0.0,), (0.002,))], 1000)
     left, right = ((1 - page[:200, u]).sum() for u in (150, 850))
     assert right > 4 * left
@@ -140,7 +140,7 @@ def test_points_in_one_place_are_a_dot():
     page, _ = page_of_strokes([dot, *lines_at((0.0, 1.0), (0.01, 0.01))], 400)
     h, w = page.shape
     spot = page[h // 2 - 20 : h // 2 + 20, w // 2 - 20 : w // 2 + 20]
-    assert (1 - spot).sum() == pytest.approx(np.pi * 5**2, rel=0.05)  # 10 px wide at most
+    assert (1 - spot).sum() == pytest.approx(np.pi * 2**2, rel=0.05)  # 4 px wide at most
 
 
 def test_a_straight_line_is_a_page_without_margin_too():

@@ -150,6 +150,9 @@ def test_other_strokes_ask_for_another_fit(panels, sketch):
     _, layout = panels()
     assert len(layout.drawn(AGAIN)) == 2
     bpy.ops.sketch_to_face.fit_again()
+    bpy.context.scene.sketch_to_face.strokes = "ignore"
+    assert len(panels()[1].drawn(AGAIN)) == 2
+    bpy.ops.sketch_to_face.fit_again()
     assert len(panels()[1].drawn(AGAIN)) == 1
 
 
