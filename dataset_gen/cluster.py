@@ -240,7 +240,7 @@ def _by_blender(indices: range, recipe: Recipe) -> bytes:
 
 def child() -> None:
     """What that process does: it reads its task from stdin and writes the tar to stdout."""
-    from .generate import end_with
+    from .workers import end_with
 
     out = os.dup(1)
     os.dup2(2, 1)  # Blender talks

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import os
 import re
-import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -23,6 +21,7 @@ from pathlib import Path
 from . import cluster
 from .samples import ENGINES, SIZE, Recipe, make_sample
 from .shards import MANIFEST, holds, read_meshes, read_shards, write_manifest, write_shard
+from .workers import end_with
 
 __all__ = ["ENGINES", "SHARD", "SIZE", "generate", "make_sample", "read_meshes", "read_shards"]
 
@@ -141,14 +140,3 @@ def _run(todo: dict[Path, range], recipe: Recipe, jobs: int) -> Iterator[int]:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def end_with(parent: int) -> None:
-    """Let a worker end when the process that started it was killed, whatever it is doing."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
