@@ -367,9 +367,8 @@ PANELS = {
     "Esc stops it": "Esc bricht ab",
     "Apply to Selected": "Auf Auswahl übertragen",
     "Red speaks for it, blue against it": "Rot spricht dafür, Blau dagegen",
-    "Sketch dark, without a place blue, face red": (
-        "Skizze dunkel, ohne Entsprechung blau, Gesicht rot"
-    ),
+    "Dark the sketch, red the face,": "Dunkel die Skizze, rot das Gesicht,",
+    "blue what has no place on it": "blau, was keinen Platz darauf hat",
     "Lines {fitted:.1f} px apart, {template:.1f} before": (
         "Abstand {fitted:.1f} px, vorher {template:.1f}"
     ),

@@ -12,7 +12,7 @@ import bpy
 
 from facs_rig.blender_pose import check_face, is_face
 
-from . import sketching, sources, work
+from . import reporting, sketching, sources, translation, work
 
 EVERY = 0.5  # seconds between looks
 AT_MOST = 0.1  # share of the time that looking may take
@@ -82,8 +82,15 @@ def refit(name: str) -> work.Steps:
         face = bpy.data.objects.get(name)  # deleted, renamed or undone meanwhile
         if face is not None and is_face(face) and face.sketch_to_face.live:
             yield from sketching.put_on(face, found)
-    except ValueError as error:
-        _tried[name], troubles[name] = (mark, str(error)), str(error)
+    except ReferenceError:  # an undo took the face away in between: the next look tries again
+        pass
+    except Exception as error:
+        why = str(error)
+        if not isinstance(error, ValueError):
+            path = reporting.log("Live")
+            why = translation.text("{title} broke ({kind}); details: {path}", title="Live",
+                                   kind=type(error).__name__, path=path)  # fmt: skip
+        _tried[name], troubles[name] = (mark, why), why
 
 
 def _go_on() -> float:
@@ -96,12 +103,6 @@ def _go_on() -> float:
     except StopIteration:
         _at_work = _waits_for = None
         work.redraw(bpy.context, {"UI", "WINDOW"})
-        return EVERY
-    except Exception:
-        from .reporting import log
-
-        _at_work = _waits_for = None
-        log("Live")
         return EVERY
     return BUSY if _waits_for is not None else 0.0
 

@@ -231,7 +231,8 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         column = self.layout.column()
         column.prop(settings, "overlay", icon="OVERLAY", toggle=True)
         if settings.overlay:
-            column.label(text="Sketch dark, without a place blue, face red")
+            column.label(text="Dark the sketch, red the face,")
+            column.label(text="blue what has no place on it")
         template, _, fitted = face.sketch_to_face.contour_error_px
         said = translation.label("Lines {fitted:.1f} px apart, {template:.1f} before",
                                  fitted=fitted, template=template)  # fmt: skip

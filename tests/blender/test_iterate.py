@@ -313,6 +313,27 @@ def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face,
         assert not live.troubles and not live._tried
 
 
+def test_a_fault_of_ours_is_logged_once_and_not_tried_again(face, evaluated, monkeypatch, tmp_path):
+    from addon import pipeline
+    from addon.blender import live
+
+    asked = []
+
+    def broken(*_args, **_options):
+        asked.append(True)
+        raise ZeroDivisionError("a fault of ours")
+
+    monkeypatch.setattr(pipeline, "fit", broken)
+    face.sketch_to_face.live, face.sketch_to_face.mark = True, ""
+    before = evaluated(face)
+    look()
+    look()
+    assert len(asked) == 1
+    assert "Live broke (ZeroDivisionError)" in live.troubles[face.name]
+    assert (tmp_path / "log.txt").read_text().count("Traceback") == 1
+    assert np.array_equal(evaluated(face), before)
+
+
 def test_a_live_face_that_is_deleted_meanwhile_is_no_trouble(face):
     from addon.blender import live
 
