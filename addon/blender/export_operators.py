@@ -1,5 +1,6 @@
 """The buttons that keep a face: for other programs, or for other files of Blender."""
 
+import os
 from pathlib import Path
 
 import bpy
@@ -37,7 +38,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
             name="Format",
             description="What kind of file",
             items=FORMATS,
-            update=lambda self, context: self._rename(),
+            update=lambda given, context: _rename(given),
         ),
         "names": EnumProperty(
             name="Morph Targets",
@@ -49,15 +50,10 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         ),
     }
 
-    def _rename(self) -> None:
-        """The file's ending follows the format."""
-        if self.filepath:
-            self.filepath = str(Path(self.filepath).with_suffix(self.format))
-
     def check(self, context) -> bool:
         """The file browser asks whether the name had to be mended."""
         before = self.filepath
-        self._rename()
+        _rename(self)
         return self.filepath != before
 
     def draw(self, context):
@@ -79,9 +75,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         """Read the face from Blender, write the file in a thread."""
         face = faces.active_face(context)
         check_face(face)
-        path = Path(bpy.path.abspath(self.filepath))
-        if path.suffix.lower() not in {suffix for suffix, *_ in FORMATS}:
-            path = path.with_suffix(self.format)
+        path = Path(with_ending(_named(self.filepath), self.format, keep=True))
         if not path.parent.is_dir():
             raise ValueError(
                 translation.text(
@@ -97,6 +91,33 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
             yield from away(_writer(path, face, self.names), doing)
         say(self, "INFO", "Saved {name}", name=path.name)
         return {"FINISHED"}
+
+
+def _rename(given) -> None:
+    """The file's ending follows the format.
+
+    given : the operator or, while a script or the file browser sets them, its properties alone
+    """
+    if given.filepath:
+        given.filepath = with_ending(given.filepath, given.format)
+
+
+def with_ending(path: str, ending: str, *, keep: bool = False) -> str:
+    """The path with that ending instead of one that we write; `keep` that if it has one."""
+    stem, dot, last = path.rpartition(".")
+    if dot and stem and f".{last.lower()}" in {suffix for suffix, *_ in FORMATS}:
+        return path if keep else stem + ending
+    return path + ending if path[-1:] not in ("", "/", os.sep) else path
+
+
+def _named(filepath: str) -> str:
+    """The absolute path of the file to write; ValueError, one sentence, if that is no file."""
+    path = bpy.path.abspath(filepath)
+    if not path or path.endswith(("/", os.sep)) or os.path.isdir(path):
+        raise ValueError(
+            translation.text("'{path}' names no file; say which one to write.", path=filepath)
+        )
+    return path
 
 
 def _writer(path: Path, face: bpy.types.Object, names: str):

@@ -927,6 +927,10 @@ SENTENCES = {
     "Pins are dragged in the 3D view: press the button there": (
         "Pins werden in der 3D-Ansicht gezogen: den Knopf dort drücken"
     ),
+    "'{path}' cannot be used: {error}": "„{path}“ ist nicht zu gebrauchen: {error}",
+    "'{path}' names no file; say which one to write.": (
+        "„{path}“ nennt keine Datei; angeben, welche geschrieben werden soll."
+    ),
     "There is no folder '{folder}'; choose one that is there.": (
         "Den Ordner „{folder}“ gibt es nicht; einen vorhandenen auswählen."
     ),

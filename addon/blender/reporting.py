@@ -63,9 +63,10 @@ def say(operator: bpy.types.Operator, level: str, message: str, /, **values) -> 
 def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchError):
     """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
 
-    A ValueError is what the artist can mend: its sentence is shown as it is. Anything else is
-    our fault: it goes whole to the log file, and the report names the file. ValueErrors that are
-    not `expected` are logged as well: of those of a fit only SketchError is surely the sketch's.
+    A ValueError is what the artist can mend: its sentence is shown as it is; and so is an error of
+    the disk, which names the file. Anything else is our fault: it goes whole to the log file, and
+    the report names the file. ValueErrors that are not `expected` are logged as well: of those of
+    a fit only SketchError is surely the sketch's.
     """
     outcome = Outcome()
     try:
@@ -77,6 +78,11 @@ def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchEr
         outcome.failed = True
         log(operator.bl_label)
         operator.report({"ERROR"}, str(error))
+    except OSError as error:
+        outcome.failed = True
+        log(operator.bl_label)
+        say(operator, "ERROR", "'{path}' cannot be used: {error}",
+            path=error.filename or "?", error=error.strerror or error)  # fmt: skip
     except Exception as error:
         outcome.failed = True
         path = log(operator.bl_label)
