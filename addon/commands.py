@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, say, usage
-from addon.files import Outputs, check_output
 
 if TYPE_CHECKING:
     from addon.drawing import Drawing
@@ -131,6 +130,7 @@ def _tweakable_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def fit(options: argparse.Namespace) -> int:
+    from facs_rig.files import Outputs, check_output
     from snakes import Tweakables, describe, parse_box
 
     sketch = Path(options.sketch)
@@ -173,7 +173,7 @@ def fit(options: argparse.Namespace) -> int:
             from PIL import Image
 
             Image.fromarray(pipeline.preview(fitted)).save(outputs.beside(options.preview))
-        pipeline.write_face(fitted, face)  # whole or not at all by itself, and the last to appear
+        pipeline.write_face(fitted, face, outputs)
     if not options.quiet:
         _tell_fit(report, [face, options.report, options.preview])
         if fitted.detection.left_out():
@@ -222,6 +222,8 @@ def detect_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def detect(options: argparse.Namespace) -> int:
+    from facs_rig.files import Outputs, check_output
+
     if options.explain:
         check_output(options.explain, (".png",))
         for path in options.sketch:
@@ -382,6 +384,7 @@ def _preview(folder: Path, count: int) -> Path:
 
     from addon.sheet import grid
     from dataset_gen.generate import read_shards
+    from facs_rig.files import Outputs
 
     pictures = [picture[:, :, None] for picture, _ in islice(read_shards(folder), count)]
     sheet = grid(pictures, columns=math.ceil(math.sqrt(len(pictures))), gap=4)

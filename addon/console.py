@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from addon.files import OutputError
-
 FACES = (".glb", ".fbx", ".obj", ".ply", ".blend")
 # Endings that only Blender can write.
 BLENDERS = (".blend", ".fbx")
@@ -28,7 +26,7 @@ def usage(call: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
     """Call something that answers wrong arguments with a ValueError of one sentence."""
     try:
         return call(*arguments, **named)
-    except (UsageError, OutputError):
+    except UsageError:
         raise
     except ValueError as error:
         raise UsageError(str(error)) from error

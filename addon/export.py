@@ -17,9 +17,7 @@ import contextlib
 import ctypes
 import io
 import os
-import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -27,8 +25,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.files import OutputError, Outputs
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.files import OutputError, Outputs
 from facs_rig.mesh import vertex_normals
 from facs_rig.paint import vertex_colours
 
@@ -52,6 +50,7 @@ def write_mesh(
     names: str = "ours",
     keys: bool = False,
     progress: Progress | None = None,
+    outputs: Outputs | None = None,
 ) -> None:
     """Write the posed face to `path`, whole or not at all; its ending says how.
 
@@ -61,7 +60,9 @@ def write_mesh(
         takes the expression away
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
-    Raises ValueError for another ending, or where Blender's module is needed and missing.
+    outputs : the job that this is a part of: the face appears together with its other files
+    Raises ValueError for another ending, or where Blender's module is needed and missing, and
+    OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
@@ -70,11 +71,13 @@ def write_mesh(
         raise ValueError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise ValueError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
-    with Outputs() as outputs:
-        WRITERS[suffix](outputs.beside(path), rig, parameters, offsets, path.stem, names)
+    with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
+        WRITERS[suffix](job.beside(path), rig, parameters, offsets, path.stem, names)
         if keys:
             targets = morph_targets(rig, parameters, names)
-            _write_folder(key_folder(path), rig, rig.pose(parameters, offsets), targets, progress)
+            folder = _fit_for_keys(key_folder(path))
+            posed = rig.pose(parameters, offsets)
+            _write_keys(job.beside(folder), rig, posed, targets, progress)
 
 
 def file_to_core(path: Path) -> NDArray[np.float64]:
@@ -221,32 +224,27 @@ def key_folder(path: Path) -> Path:
     return path.with_name(f"{path.stem}_keys")
 
 
-def _write_folder(
-    folder: Path, rig: FaceRig, posed: NDArray, targets: dict[str, NDArray], progress
-) -> None:
-    """A face for each shape key, fully on, in a folder that appears whole or not at all."""
+def _fit_for_keys(folder: Path) -> Path:
+    """`folder`, if shape keys may take its place; OutputError otherwise."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"'{folder}' is a file; the shape keys need a folder of that name.")
     if folder.is_dir() and any(p.suffix != ".obj" or p.is_dir() for p in folder.iterdir()):
         raise OutputError(f"The folder '{folder}' holds other files than .obj; move it away.")
+    return folder
+
+
+def _write_keys(
+    folder: Path, rig: FaceRig, posed: NDArray, targets: dict[str, NDArray], progress
+) -> None:
+    """A face for each shape key, fully on, in a new folder."""
     faces = _obj_faces(rig)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as work:
-        new, old = Path(work) / "new", Path(work) / "old"
-        new.mkdir()
-        for done, (name, move) in enumerate(targets.items(), 1):
-            flat = tuple((posed + move).ravel().tolist())
-            text = ("v %.7f %.7f %.7f\n" * len(posed)) % flat
-            (new / f"{name}.obj").write_text(f"o {name}\n{text}{faces}", encoding="utf-8")
-            if progress:
-                progress(done, len(targets))
-        if folder.is_dir():
-            os.replace(folder, old)
-        try:
-            os.replace(new, folder)
-        except OSError:
-            if old.is_dir():
-                shutil.move(old, folder)
-            raise
+    folder.mkdir()
+    for done, (name, move) in enumerate(targets.items(), 1):
+        flat = tuple((posed + move).ravel().tolist())
+        text = ("v %.7f %.7f %.7f\n" * len(posed)) % flat
+        (folder / f"{name}.obj").write_text(f"o {name}\n{text}{faces}", encoding="utf-8")
+        if progress:
+            progress(done, len(targets))
 
 
 # --- by Blender -----------------------------------------------------------------------------------

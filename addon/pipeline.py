@@ -34,6 +34,7 @@ from facs_rig import (
     FaceRig,
     load_rig,
 )
+from facs_rig.files import Outputs
 from facs_rig.parameters import nearest
 from snakes import (
     DEEPEST,
@@ -298,9 +299,9 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     )
 
 
-def write_face(face: FaceFit, path: str | Path) -> None:
+def write_face(face: FaceFit, path: str | Path, outputs: Outputs | None = None) -> None:
     """Write the face to .glb, .obj, .ply or .blend, whole or not at all (see addon.export)."""
-    write_mesh(Path(path), face.rig, face.parameters, face.offsets)
+    write_mesh(Path(path), face.rig, face.parameters, face.offsets, outputs=outputs)
 
 
 def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:

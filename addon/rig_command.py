@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, usage
-from addon.files import Outputs, check_output
 
 if TYPE_CHECKING:
     from facs_rig import FaceParameters
@@ -172,6 +171,8 @@ def _list(as_json: bool) -> int:
 
 
 def _sheet(options: argparse.Namespace) -> int:
+    from facs_rig.files import Outputs, check_output
+
     check_output(options.sheet, (".png",))
     identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
 
@@ -204,6 +205,8 @@ def _sheet(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
+    from facs_rig.files import check_output
+
     face = check_output(options.output, FACES)
     if options.keys and face.suffix.lower() != ".obj":
         raise UsageError(f"'{face.name}' holds its shape keys itself; --keys is for .obj alone.")

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
+import shutil
 import sys
 import tempfile
 import warnings
@@ -23,6 +23,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from facs_rig.files import Outputs
 
 from . import metrics, shards
 from .augment import Names, artistic_page
@@ -240,8 +242,9 @@ def export(
         } | {key: saved[key] for key in ("retrained",) if key in saved}
         model["data"] = provenance(data)
         write_description(beside, model)
-        for name in (ONNX, DESCRIPTION):
-            os.replace(beside / name, folder / name)
+        with Outputs() as outputs:
+            for name in (ONNX, DESCRIPTION):
+                shutil.copyfile(beside / name, outputs.beside(folder / name))
     for kind in ("clean", "drawn_over"):
         mean, units = model["figures"][kind]["mean"], model["figures"][kind]["units"]
         worst = min(units, key=lambda name: units[name]["auc"])

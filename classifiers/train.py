@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from facs_rig import CONTROL_NAMES, DETECTED
+from facs_rig.files import Outputs
 
 from . import shards
 from .augment import NEAR, Names, example
@@ -161,9 +162,8 @@ def save(path: Path, state: dict[str, Any]) -> None:
     """Write a checkpoint whole or not at all."""
     import torch
 
-    beside = path.with_suffix(".part")
-    torch.save(state, beside)
-    os.replace(beside, path)
+    with Outputs() as outputs:
+        torch.save(state, outputs.beside(path))
 
 
 def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray]:

@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from .controls import CONTROL_NAMES, FULL_INTENSITY
+from .files import reason_of, write_text
 from .identity import check_identity
 from .parameters import ANGLES, FaceParameters, intensities, nearest
 
@@ -83,22 +82,7 @@ def loads(text: str) -> FaceParameters:
 
 def write(path: str | Path, parameters: FaceParameters) -> None:
     """Write an expression file, whole or not at all. ValueError (one sentence) if that fails."""
-    path, text = Path(path), dumps(parameters)
-    part = None
-    try:
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=".part")
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(part, 0o666 & ~umask)  # mkstemp's files are for their owner's eyes only
-        os.replace(part, path)
-        part = None
-    except OSError as error:
-        raise ValueError(f"'{path}' cannot be written: {_reason(error)}") from None
-    finally:
-        if part:
-            Path(part).unlink(missing_ok=True)
+    write_text(path, dumps(parameters))
 
 
 def read(path: str | Path) -> FaceParameters:
@@ -109,15 +93,11 @@ def read(path: str | Path) -> FaceParameters:
             raise ValueError("this is not an expression file: it is far too large")
         return loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
-        raise ValueError(f"'{path}' cannot be read: {_reason(error)}") from None
+        raise ValueError(f"'{path}' cannot be read: {reason_of(error)}") from None
     except UnicodeDecodeError:
         raise ValueError(f"'{path}': this is not an expression file: it is not text") from None
     except ValueError as error:
         raise ValueError(f"'{path}': {error}") from None
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or "it is out of reach").lower()
 
 
 def _number(name: str, value: Any) -> float:

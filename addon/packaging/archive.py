@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+
+from facs_rig.files import Outputs
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip can hold
 _PACKED = (".whl", ".npz", ".png", ".jpg")  # compressed already
@@ -17,21 +18,16 @@ def write_zip(path: Path, content: Mapping[str, bytes | Path]) -> Path:
     Names are sorted, dates and permissions fixed, so that the same content gives the same bytes.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(path.name + ".part")
-    try:
-        with zipfile.ZipFile(beside, "w") as archive:
-            for name in sorted(content):
-                value = content[name]
-                entry = zipfile.ZipInfo(name, _DATE)
-                entry.external_attr = 0o644 << 16
-                entry.create_system = 3  # Unix, wherever it is built
-                entry.compress_type = (
-                    zipfile.ZIP_STORED if name.endswith(_PACKED) else zipfile.ZIP_DEFLATED
-                )
-                archive.writestr(entry, value if isinstance(value, bytes) else value.read_bytes())
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+    with Outputs() as outputs, zipfile.ZipFile(outputs.beside(path), "w") as archive:
+        for name in sorted(content):
+            value = content[name]
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.external_attr = 0o644 << 16
+            entry.create_system = 3  # Unix, wherever it is built
+            entry.compress_type = (
+                zipfile.ZIP_STORED if name.endswith(_PACKED) else zipfile.ZIP_DEFLATED
+            )
+            archive.writestr(entry, value if isinstance(value, bytes) else value.read_bytes())
     return path
 
 

@@ -118,7 +118,7 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path):
     with pytest.raises(ValueError, match="cannot be written: no such file or directory"):
         expressions.write(tmp_path / "nowhere" / "joy.json", FULL)
     (tmp_path / "folder.json").mkdir()
-    with pytest.raises(ValueError, match="cannot be written: is a directory"):
+    with pytest.raises(ValueError, match="cannot be written: a folder of that name"):
         expressions.write(tmp_path / "folder.json", FULL)
     assert {p.name for p in tmp_path.iterdir()} == {"folder.json"}
 
