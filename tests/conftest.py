@@ -20,3 +20,9 @@ settings.load_profile("project")
 def rng() -> np.random.Generator:
     """A generator with a fixed seed: a failing test fails again."""
     return np.random.default_rng(20240229)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with slow tests first: beside each other, processes end together (see the Makefile)."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
