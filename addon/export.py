@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.files import OutputError, Outputs
-from facs_rig.mesh import vertex_normals
-from facs_rig.paint import vertex_colours
+from facs_rig.mesh import corner_matrix, vertex_normals
+from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
 FROM_BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -65,19 +65,31 @@ def write_mesh(
     OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        raise ValueError(f"'{path}' has no known ending; use {', '.join(WRITERS)}.")
+    if suffix not in ENDINGS:
+        raise ValueError(f"'{path}' has no known ending; use {', '.join(ENDINGS)}.")
     if names not in NAMES:
         raise ValueError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise ValueError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
+    moved = keys or suffix in (".glb", ".fbx")
+    targets = morph_targets(rig, parameters, names) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
-        WRITERS[suffix](job.beside(path), rig, parameters, offsets, path.stem, names)
+        if suffix == ".blend":
+            _write_blend(job.beside(path), rig, parameters, offsets, path.stem, names)
+            return
+        shape = rig_shape(rig, parameters, offsets, targets)
+        if suffix == ".fbx":
+            _write_fbx(job.beside(path), rig, shape, parameters, path.stem)
+            return
+        WRITERS[suffix](job.beside(path), shape, path.stem)
         if keys:
-            targets = morph_targets(rig, parameters, names)
-            folder = _fit_for_keys(key_folder(path))
-            posed = rig.pose(parameters, offsets)
-            _write_keys(job.beside(folder), rig, posed, targets, progress)
+            _write_keys(job.beside(_fit_for_keys(key_folder(path))), shape, progress)
+
+
+def write_shape(path: Path, shape: Shape) -> None:
+    """Write a surface to `path` (.glb, .obj or .ply), whole or not at all."""
+    with Outputs() as outputs:
+        WRITERS[path.suffix.lower()](outputs.beside(path), shape, path.stem)
 
 
 def file_to_core(path: Path) -> NDArray[np.float64]:
@@ -112,36 +124,35 @@ def morph_targets(
 # --- .ply and .glb --------------------------------------------------------------------------------
 
 
-def _trimesh(rig: FaceRig, parameters: FaceParameters, offsets: NDArray | None):
+def _trimesh(shape: Shape):
     import trimesh
 
-    posed = rig.pose(parameters, offsets)
     return trimesh.Trimesh(
-        posed,
-        rig.triangles,
-        vertex_normals=vertex_normals(posed, rig.triangles, rig.corners),
-        vertex_colors=vertex_colours(rig, dict(parameters.identity)),
+        shape.points,
+        shape.triangles,
+        vertex_normals=vertex_normals(shape.points, shape.triangles),
+        vertex_colors=shape.colours,
         process=False,
     )
 
 
-def _write_ply(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
-    _trimesh(rig, parameters, offsets).export(path, vertex_normal=False)
+def _write_ply(path: Path, shape: Shape, name: str) -> None:
+    _trimesh(shape).export(path, vertex_normal=False)
 
 
-def _write_glb(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+def _write_glb(path: Path, shape: Shape, name: str) -> None:
     from trimesh.exchange.gltf import export_glb
 
-    mesh = _trimesh(rig, parameters, offsets)
+    mesh = _trimesh(shape)
     mesh.metadata["name"] = name
-    posed = np.asarray(mesh.vertices, dtype=np.float32)
-    rest = vertex_normals(posed, rig.triangles, rig.corners)
+    corners = corner_matrix(shape.triangles, len(shape.points))
+    rest = vertex_normals(shape.points, shape.triangles, corners)
     targets = {}
-    for key, move in morph_targets(rig, parameters, names).items():
+    for key, move in shape.moves.items():
         # Without turned normals a viewer would light creases as if the skin were still smooth.
-        turned = vertex_normals(posed + move, rig.triangles, rig.corners) - rest
+        turned = vertex_normals(shape.points + move, shape.triangles, corners) - rest
         targets[key] = {"POSITION": _sparse(move, STILL), "NORMAL": _sparse(turned, UNTURNED)}
-    add = _with_targets(targets, rig.n_vertices)
+    add = _with_targets(targets, len(shape.points)) if targets else None
     path.write_bytes(export_glb(mesh, include_normals=True, buffer_postprocessor=add))
 
 
@@ -194,24 +205,20 @@ def _with_targets(targets: dict[str, dict[str, Sparse]], n: int) -> Callable[[di
 # --- .obj -----------------------------------------------------------------------------------------
 
 
-def _write_obj(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
-    posed = rig.pose(parameters, offsets)
-    colours = vertex_colours(rig, dict(parameters.identity))[:, :3] / 255
-    lines = np.concatenate([posed, colours], axis=1)
+def _write_obj(path: Path, shape: Shape, name: str) -> None:
+    lines = np.concatenate([shape.points, shape.colours[:, :3] / 255], axis=1)
     text = ("v %.7f %.7f %.7f %.4f %.4f %.4f\n" * len(lines)) % tuple(lines.ravel().tolist())
-    path.write_text(f"o {name}\n{text}{_obj_faces(rig)}", encoding="utf-8")
+    path.write_text(f"o {name}\n{text}{_obj_faces(shape)}", encoding="utf-8")
 
 
-def _obj_faces(rig: FaceRig) -> str:
-    """The polygons as they are, quads where the rig has quads, grouped by part."""
-    corners = (np.asarray(rig.polygon_vertices) + 1).tolist()
-    starts = np.asarray(rig.polygon_starts)
-    starts = starts[starts < len(corners)]
+def _obj_faces(shape: Shape) -> str:
+    """The polygons as they are, quads where the face has quads, grouped by part."""
+    corners = (shape.polygon_vertices + 1).tolist()
+    starts = shape.polygon_starts
     ends = np.append(starts[1:], len(corners))
-    part = rig.vertex_part[rig.polygon_vertices[starts]]
     out = []
-    for number, group in enumerate(rig.part_names):
-        mine = np.flatnonzero(part == number)
+    for number, group in enumerate(shape.part_names):
+        mine = np.flatnonzero(shape.part == number)
         if len(mine):
             out.append(f"g {group}\n")
             spans = zip(starts[mine].tolist(), ends[mine].tolist(), strict=True)
@@ -233,18 +240,16 @@ def _fit_for_keys(folder: Path) -> Path:
     return folder
 
 
-def _write_keys(
-    folder: Path, rig: FaceRig, posed: NDArray, targets: dict[str, NDArray], progress
-) -> None:
+def _write_keys(folder: Path, shape: Shape, progress: Progress | None) -> None:
     """A face for each shape key, fully on, in a new folder."""
-    faces = _obj_faces(rig)
+    faces, posed = _obj_faces(shape), shape.points
     folder.mkdir()
-    for done, (name, move) in enumerate(targets.items(), 1):
+    for done, (name, move) in enumerate(shape.moves.items(), 1):
         flat = tuple((posed + move).ravel().tolist())
         text = ("v %.7f %.7f %.7f\n" * len(posed)) % flat
         (folder / f"{name}.obj").write_text(f"o {name}\n{text}{faces}", encoding="utf-8")
         if progress:
-            progress(done, len(targets))
+            progress(done, len(shape.moves))
 
 
 # --- by Blender -----------------------------------------------------------------------------------
@@ -292,10 +297,13 @@ def _write_blend(path: Path, rig, parameters, offsets, name: str, names: str) ->
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
 
 
-def _write_fbx(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+def _write_fbx(
+    path: Path, rig: FaceRig, shape: Shape, parameters: FaceParameters, name: str
+) -> None:
     """The mesh with materials and plain shape keys: other programs know no drivers."""
     bpy = _blender(".fbx")
     from facs_rig.blender import build_face, to_blender
+    from facs_rig.blender_files import add_moves, write_still_fbx
 
     face = build_face(name, rig, FaceParameters({}, parameters.identity))
     others = [o for o in bpy.data.objects if o != face]
@@ -304,30 +312,13 @@ def _write_fbx(path: Path, rig, parameters, offsets, name: str, names: str) -> N
     face.shape_key_clear()
     face.animation_data_clear()
     bpy.data.batch_remove(others)
-    posed = to_blender(rig.pose(parameters, offsets))
+    posed = to_blender(shape.points)
     face.data.vertices.foreach_set("co", posed.ravel())
     face.data.update()
-    face.shape_key_add(name="Basis", from_mix=False)
-    for key, move in morph_targets(rig, parameters, names).items():
-        block = face.shape_key_add(name=key, from_mix=False)
-        points = np.ascontiguousarray(posed + to_blender(move), dtype=np.float32)
-        block.data.foreach_set("co", points.ravel())
-        block.value = 0.0
+    add_moves(face, posed, {key: to_blender(move) for key, move in shape.moves.items()})
     with _quiet():
-        bpy.ops.export_scene.fbx(
-            filepath=str(path),
-            object_types={"MESH"},
-            apply_scale_options="FBX_SCALE_ALL",  # metres, said in the file, and no scaled object
-            bake_space_transform=True,  # y up in the vertices themselves
-            mesh_smooth_type="OFF",
-            bake_anim=False,
-        )
+        write_still_fbx(path, face)
 
 
-WRITERS: dict[str, Callable] = {
-    ".glb": _write_glb,
-    ".fbx": _write_fbx,
-    ".obj": _write_obj,
-    ".ply": _write_ply,
-    ".blend": _write_blend,
-}
+WRITERS: dict[str, Callable] = {".glb": _write_glb, ".obj": _write_obj, ".ply": _write_ply}
+ENDINGS = (".glb", ".fbx", ".obj", ".ply", ".blend")

@@ -135,7 +135,11 @@ def add_key(
 
 
 def _drive_key(face: bpy.types.Object, name: str, expression: str) -> None:
-    """Drive a key by its expression over the face's properties and earlier keys."""
+    """Drive a key by its expression over the face's properties and earlier keys.
+
+    Parts of long expressions are properties of the face, not of the keys: Blender's glTF exporter
+    writes the values of driven keys only while nothing but shape keys is driven there.
+    """
     keys = face.data.shape_keys
     *parts, whole = driver_texts(name, expression)
     cut = {part for part, *_ in parts}
@@ -144,15 +148,13 @@ def _drive_key(face: bpy.types.Object, name: str, expression: str) -> None:
         drive(fcurve, text, {short: source(long) for short, long in names})
 
     def source(variable: str) -> tuple[bpy.types.ID, str]:
-        if variable in CONTROL_NAMES or variable in PROPERTIES:
+        if variable in CONTROL_NAMES or variable in PROPERTIES or variable in cut:
             return face, f'["{variable}"]'
-        if variable in cut:
-            return keys, f'["{variable}"]'
         return keys, f'key_blocks["{variable}"].value'
 
     for part, text, names in parts:
-        keys[part] = 0.0
-        drive_by(keys.driver_add(f'["{part}"]'), text, names)
+        face[part] = 0.0
+        drive_by(face.driver_add(f'["{part}"]'), text, names)
     _, text, names = whole
     drive_by(keys.key_blocks[name].driver_add("value"), text, names)
 

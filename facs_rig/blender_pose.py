@@ -31,6 +31,7 @@ from facs_rig.rig import FaceRig
 MARK = "facs_face"  # property of the mesh object: version of its make-up
 VERSION = 1
 _KEYED = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
+SPAN = "facs_keyed"  # property of the armature: keyed where the sliders' keyframes begin and end
 WHO = "facs_identity"  # property of the mesh object: identity parameter -> value, if no default
 
 
@@ -111,6 +112,41 @@ def key_pose(face: bpy.types.Object, frame: float, *, turn: bool = True) -> None
         if name in bones:
             path = _KEYED.get(bones[name].rotation_mode, "rotation_euler")
             bones[name].keyframe_insert(path, frame=frame, group=name)
+    show_keys_to_exporters(face)
+
+
+def animated_range(thing: bpy.types.ID) -> tuple[float, float] | None:
+    """First and last frame of what an object's or shape keys' own keyframes and strips move."""
+    data = thing.animation_data
+    spans = [tuple(strip_range) for strip_range in _spans(data)] if data is not None else []
+    return (min(s for s, _ in spans), max(e for _, e in spans)) if spans else None
+
+
+def _spans(data: bpy.types.AnimData):
+    if data.action is not None:
+        yield data.action.frame_range
+    for track in data.nla_tracks:
+        for strip in track.strips:
+            yield strip.frame_start, strip.frame_end
+
+
+def show_keys_to_exporters(face: bpy.types.Object) -> None:
+    """Let Blender's glTF exporter see how long the sliders of a face are animated.
+
+    In its default mode it writes the values of driven shape keys over the frames of the
+    armature's action, and looks at no other. So the armature gets a property that stands still
+    with keyframes where those of the sliders begin and end, unless its own reach as far. Without
+    an armature the shape keys have it.
+    """
+    wanted = animated_range(face)
+    holder = armature_of(face) or face.data.shape_keys
+    if wanted is None or holder is None or holder.library is not None:
+        return
+    there = animated_range(holder)
+    for frame in wanted:
+        if there is None or not there[0] <= frame <= there[1]:
+            holder[SPAN] = 0.0
+            holder.keyframe_insert(f'["{SPAN}"]', frame=frame, group="Expression")
 
 
 def straighten_eyes(face: bpy.types.Object) -> None:

@@ -1,0 +1,57 @@
+"""What of a face goes to a file: its surface as it is posed, and what may be added to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig.paint import vertex_colours
+from facs_rig.parameters import FaceParameters
+from facs_rig.rig import FaceRig
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A surface in metres and core axes (y up, z to the viewer).
+
+    points : (n, 3) float32
+    polygon_vertices : (c,) int, vertex of each corner      polygon_starts : (p,) first corners
+    triangles : (t, 3) int, the same surface
+    colours : (n, 4) uint8, sRGB
+    part : (p,) int, index into `part_names` of each polygon
+    moves : name -> (n, 3) float32, what each morph target adds to `points`
+    """
+
+    points: NDArray[np.float32]
+    polygon_vertices: NDArray[np.integer]
+    polygon_starts: NDArray[np.integer]
+    triangles: NDArray[np.integer]
+    colours: NDArray[np.uint8]
+    part: NDArray[np.integer]
+    part_names: tuple[str, ...]
+    moves: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+
+
+def rig_shape(
+    rig: FaceRig,
+    parameters: FaceParameters,
+    offsets: NDArray | None = None,
+    moves: Mapping[str, NDArray[np.float32]] | None = None,
+) -> Shape:
+    """The posed face of the rig. offsets : (n, 3) metres, the fitted details, upright head"""
+    corners = np.asarray(rig.polygon_vertices)
+    starts = np.asarray(rig.polygon_starts)
+    starts = starts[starts < len(corners)]
+    return Shape(
+        points=np.asarray(rig.pose(parameters, offsets), dtype=np.float32),
+        polygon_vertices=corners,
+        polygon_starts=starts,
+        triangles=rig.triangles,
+        colours=vertex_colours(rig, dict(parameters.identity)),
+        part=rig.vertex_part[corners[starts]],
+        part_names=tuple(rig.part_names),
+        moves=moves or {},
+    )
