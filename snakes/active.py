@@ -138,13 +138,12 @@ def relax(
     inertia = settings.time_stepping
     rest = _Rest(points, lengths, settings.convergence)
     moving = np.arange(len(snakes))
+    first, last = _ends(lengths)
     result = points.copy()
     solver = None
     for iteration in range(settings.max_iterations):
         if solver is None:
             owner = np.repeat(np.arange(len(moving)), lengths[moving])
-            first = np.concatenate([[0], np.cumsum(lengths[moving])])[:-1]
-            last = first + lengths[moving] - 1
             system = _side_by_side([shapes[n] for n in lengths[moving]], first)
             solver = splu(csc_matrix(system + inertia * identity(len(owner))))
         force = np.stack(
@@ -169,6 +168,7 @@ def relax(
             result[starts[slot] : starts[slot + 1]] = points[first[index] : last[index] + 1]
         stays = ~resting[owner]
         points, moving, solver = points[stays], moving[~resting], None
+        first, last = _ends(lengths[moving])
         rest.keep(stays)
         if len(moving) == 0:
             break
@@ -176,6 +176,12 @@ def relax(
         result[starts[slot] : starts[slot + 1]] = points[first[index] : last[index] + 1]
     result = result[:, ::-1] + 0.5
     return [result[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+
+
+def _ends(lengths: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The first and the last row of each snake, where their points stand below each other."""
+    after = np.cumsum(lengths)
+    return after - lengths, after - 1
 
 
 def _side_by_side(shapes: Sequence[coo_matrix], first: NDArray[np.intp]) -> csc_matrix:

@@ -61,6 +61,56 @@ def test_a_periodic_snake_comes_to_rest_where_scikit_images_does(image, rng):
         assert np.abs(ours - reference(image, snake, settings)).max() < 1e-6
 
 
+def dark_line():
+    u = np.arange(60) + 0.5
+    return np.tile(1.0 - np.exp(-(((u - 30.0) / 5.0) ** 2)), (80, 1))
+
+
+def at_different_times(count):
+    """Snakes of 12 and 10 points beside the dark line: the farther, the later they rest."""
+    height = np.linspace(15, 65, 12)
+    lines = [np.stack([np.full(12, 30.0 - away), height], axis=1) for away in range(count)]
+    return [line if k % 2 else line[2:] for k, line in enumerate(lines)]
+
+
+@pytest.mark.parametrize("snake_type", SNAKE_TYPES)
+@pytest.mark.parametrize("count", [0, 1, 2, 6])
+def test_snakes_that_rest_in_the_last_iteration(snake_type, count):
+    """However many iterations there are: some rest before the last one, some in it, some never."""
+    snakes = at_different_times(count)
+
+    def settled(iterations):
+        settings = Tweakables(
+            snake_type=snake_type, max_iterations=iterations, convergence=0.2, smoothness=0.2
+        )
+        if snake_type == "periodic":  # at the ends of others scikit-image grows what is rounded
+            expected = [reference(dark_line(), snake, settings) for snake in snakes]
+        else:
+            expected = [relax(dark_line(), [snake], settings)[0] for snake in snakes]
+        return relax(dark_line(), snakes, settings), expected
+
+    rests = {}
+    before, _ = settled(1)
+    for iterations in range(2, 61):
+        together, expected = settled(iterations)
+        assert len(together) == count
+        for k, (ours, alone) in enumerate(zip(together, expected, strict=True)):
+            assert np.abs(ours - alone).max() < 1e-6
+            if np.array_equal(ours, before[k]):
+                rests.setdefault(k, iterations - 1)
+        before = together
+    if count == 6:
+        assert len(set(rests.values())) > 1, "all come to rest together, which shows nothing"
+
+
+def test_all_snakes_rest_at_once():
+    line = at_different_times(1)[0]
+    for iterations in range(1, 25):
+        settings = Tweakables(max_iterations=iterations)
+        for after in relax(np.full((80, 60), 0.5), [line] * 3, settings):
+            assert np.abs(after - line).max() < 1e-6
+
+
 @pytest.mark.parametrize("n", [5, 6, 20, 61])
 @pytest.mark.parametrize("snake_type", SNAKE_TYPES)
 def test_nothing_grows(n, snake_type):
@@ -100,10 +150,8 @@ def test_a_straight_snake_on_a_flat_image_stays():
 
 
 def test_a_snake_slides_onto_a_dark_line():
-    u = np.arange(60) + 0.5
-    image = np.tile(1.0 - np.exp(-(((u - 30.0) / 5.0) ** 2)), (80, 1))
     line = np.stack([np.full(40, 25.0), np.linspace(15, 65, 40)], axis=1)
-    (after,) = relax(image, [line])
+    (after,) = relax(dark_line(), [line])
     assert np.abs(after[:, 0] - 30.0).max() < 0.5
     assert np.abs(after[:, 1] - line[:, 1]).max() < 0.5
 
