@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import contour_error, face_lines, ruler
+from addon.placement import camera_for, check_pins, head_in, pins_in, within_room
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES, CLOSE
 from classifiers.labels import FULL
-from classifiers.preprocess import Crop
 from facs_rig import (
     CONTROL_NAMES,
     LANDMARKS,
@@ -46,14 +46,12 @@ from snakes import (
     Lines,
     SurfaceLines,
     Tweakables,
-    align,
     carvable,
     centre_lines,
     engrave,
     fit_lines,
     fit_offsets,
     head_box,
-    parse_box,
     unmatched_lines,
 )
 
@@ -178,7 +176,15 @@ def fit(
 
     rig = load_rig()
     template = FaceParameters(head=expression.head)
-    place = partial(_align, drawing, rig, detection, options)
+    place = partial(
+        camera_for,
+        drawing,
+        rig,
+        box=options.align,
+        landmarks=detection.landmarks,
+        pins=options.pins,
+    )
+    pins = pins_in(drawing, options.pins)
     camera = place(expression)
     box = head_box(rig.pose(template), place(template))
     reach = options.tweakables.max_delta * (box[3] - box[1]) / WORKING_SIZE[1]
@@ -194,7 +200,7 @@ def fit(
         sure = detection.face_probability >= LEAST_FACE
         evidence = replace(
             _evidence(detection) if sure else Evidence({}, {}),
-            pins=_pins(drawing, options),
+            pins=pins,
             settled=frozenset(options.expression),
         )
         found = fit_lines(
@@ -203,13 +209,15 @@ def fit(
             expression,
             camera,
             evidence,
-            partial(_contours, rig),
+            within_room(partial(_contours, rig), camera, options.pins),
             options.tweakables,
             pull=options.method != "shape",
         )
         parameters, camera, offsets = found.parameters, found.camera, found.offsets
         drawn, before = found.drawn, found.model
     vertices = rig.pose(parameters, offsets)
+    if options.method != "thesis":  # there pins only say where the head is
+        check_pins(rig, vertices, camera, pins)
     if shaped and options.strokes == "ignore":
         shaped(parameters, offsets)
     clock.done("fit")
@@ -329,37 +337,6 @@ def _worn(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:
     return FaceParameters({name: float(v) for name, v in aus.items() if v}, {}, detection.head)
 
 
-def head_in(drawing: Drawing, align: str | None) -> Crop | None:
-    """The part of `drawing.image` that `FitOptions.align` names; None where the head is looked for.
-
-    Raises ValueError, one sentence, for a text that is no box.
-    """
-    if align is None:
-        return None
-    left, top, right, bottom = _box(drawing, align)
-    return Crop(left, top, right - left, bottom - top)
-
-
-def _align(
-    drawing: Drawing,
-    rig: FaceRig,
-    detection: Detection,
-    options: FitOptions,
-    parameters: FaceParameters,
-) -> Camera:
-    if options.align is None:
-        landmarks = {**detection.landmarks, **_pins(drawing, options)}
-        return align(drawing.image, rig, parameters, landmarks)
-    return align(drawing.image, rig, parameters, box=_box(drawing, options.align))
-
-
-def _box(drawing: Drawing, text: str) -> tuple[float, float, float, float]:
-    """The head's box in pixels of `drawing.image`; the text's are of the picture handed in."""
-    su, sv = drawing.scale
-    left, top, right, bottom = parse_box(text)
-    return left / su, top / sv, right / su, bottom / sv
-
-
 def _contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
     """The lines that nearly every drawing has: outlines, brows, irises, lips."""
     step = max(SPACING * HEAD * camera.scale[0], 1.0)
@@ -374,12 +351,6 @@ def _evidence(detection: Detection) -> Evidence:
         for name, near in detection.confidences.items()
     }
     return Evidence(detection.landmarks, spreads)
-
-
-def _pins(drawing: Drawing, options: FitOptions) -> dict[str, tuple[float, float]]:
-    """The pins in pixels of `drawing.image`."""
-    su, sv = drawing.scale
-    return {name: (u / su, v / sv) for name, (u, v) in options.pins.items()}
 
 
 def _name(drawing: Drawing) -> str:

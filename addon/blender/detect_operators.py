@@ -110,7 +110,7 @@ def pictures_of(source, align: str | None, threads: int):
 
     def work(progress):
         from addon.explain import VIEW, coloured
-        from addon.pipeline import head_in
+        from addon.placement import head_in
         from classifiers.evidence import evidence
         from classifiers.finding import widened
         from classifiers.preprocess import area_resample, as_page
