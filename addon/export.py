@@ -20,21 +20,17 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.files import OutputError, Outputs
-from facs_rig.mesh import corner_matrix, vertex_normals
 from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
 FROM_BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-STILL = 1e-6  # metres: a morph target leaves out vertices that move less
-UNTURNED = 0.01  # and normals that turn less, as a length: half a degree
-FLOAT, UNSIGNED_INT = 5126, 5125
 NAMES = ("ours", "arkit")
 NEUTRAL = "neutral"
 
@@ -109,97 +105,43 @@ def morph_targets(
     Files add targets up; what the rig does where controls meet stays in Blender.
     """
     who = parameters.identity
-    rest = rig.neutral(who)
+    looking = FaceParameters({}, who, gaze=parameters.gaze)
+    worn = FaceParameters(parameters.aus, who, gaze=parameters.gaze)
     if names == "arkit":
-        moves = dict(zip(ARKIT_NAMES, rig.arkit_deltas, strict=True))
+        moves = np.concatenate([rig.arkit_deltas, rig.moves([(worn, looking)])])
+        keys = ARKIT_NAMES
     else:
-        full = [FaceParameters({name: FULL_INTENSITY}, who) for name in CONTROL_NAMES]
-        moves = dict(zip(CONTROL_NAMES, rig.pose_batch(full) - rest, strict=True))
-    looking = rig.shape(FaceParameters({}, who, gaze=parameters.gaze))
-    moves[NEUTRAL] = looking - rig.shape(FaceParameters(parameters.aus, who, gaze=parameters.gaze))
-    turned = rig.turn_vectors(np.stack(list(moves.values())), parameters)
-    return dict(zip(moves, turned, strict=True))
+        plain = FaceParameters({}, who)
+        full = [(plain, FaceParameters({name: FULL_INTENSITY}, who)) for name in CONTROL_NAMES]
+        moves = rig.moves([*full, (worn, looking)])
+        keys = CONTROL_NAMES
+    return dict(zip((*keys, NEUTRAL), rig.turn_vectors(moves, parameters), strict=True))
 
 
 # --- .ply and .glb --------------------------------------------------------------------------------
 
 
-def _trimesh(shape: Shape):
-    import trimesh
-
-    return trimesh.Trimesh(
-        shape.points,
-        shape.triangles,
-        vertex_normals=vertex_normals(shape.points, shape.triangles),
-        vertex_colors=shape.colours,
-        process=False,
-    )
-
-
 def _write_ply(path: Path, shape: Shape, name: str) -> None:
-    _trimesh(shape).export(path, vertex_normal=False)
+    vertices = np.empty(len(shape.points), [("place", "<f4", 3), ("colour", "u1", 4)])
+    vertices["place"], vertices["colour"] = shape.points, shape.colours
+    faces = np.empty(len(shape.triangles), [("corners", "u1"), ("vertices", "<i4", 3)])
+    faces["corners"], faces["vertices"] = 3, shape.triangles
+    head = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment made by Sketch to Face",
+        f"element vertex {len(vertices)}",
+        *(f"property float {axis}" for axis in "xyz"),
+        *(f"property uchar {colour}" for colour in ("red", "green", "blue", "alpha")),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    path.write_bytes("\n".join(head).encode("ascii") + vertices.tobytes() + faces.tobytes())
 
 
 def _write_glb(path: Path, shape: Shape, name: str) -> None:
-    from trimesh.exchange.gltf import export_glb
-
-    mesh = _trimesh(shape)
-    mesh.metadata["name"] = name
-    corners = corner_matrix(shape.triangles, len(shape.points))
-    rest = vertex_normals(shape.points, shape.triangles, corners)
-    targets = {}
-    for key, move in shape.moves.items():
-        # Without turned normals a viewer would light creases as if the skin were still smooth.
-        turned = vertex_normals(shape.points + move, shape.triangles, corners) - rest
-        targets[key] = {"POSITION": _sparse(move, STILL), "NORMAL": _sparse(turned, UNTURNED)}
-    add = _with_targets(targets, len(shape.points)) if targets else None
-    path.write_bytes(export_glb(mesh, include_normals=True, buffer_postprocessor=add))
-
-
-Sparse = tuple[NDArray[np.uint32], NDArray[np.float32]]
-
-
-def _sparse(values: NDArray, least: float) -> Sparse:
-    """Numbers of the vertices whose values (n, 3) are larger than `least`, and these values."""
-    rows = np.flatnonzero(np.abs(values).max(axis=1) > least).astype(np.uint32)
-    return rows, values[rows].astype(np.float32)
-
-
-def _with_targets(targets: dict[str, dict[str, Sparse]], n: int) -> Callable[[dict, dict], None]:
-    """A step of trimesh's glTF export that adds sparse morph targets (glTF 2.0, 3.6.2.3)."""
-
-    def add(buffers: dict[Any, bytes], tree: dict[str, Any]) -> None:
-        def view(array: NDArray) -> int:
-            data = np.ascontiguousarray(array).tobytes()
-            buffers[f"morph{len(buffers)}"] = data + b"\0" * (-len(data) % 4)
-            return len(buffers) - 1
-
-        def accessor(rows: NDArray, values: NDArray) -> int:
-            bounds = np.vstack([values, np.zeros((1, 3), dtype=np.float32)])
-            made: dict[str, Any] = {
-                "componentType": FLOAT,
-                "count": n,
-                "type": "VEC3",
-                "min": bounds.min(axis=0).tolist(),
-                "max": bounds.max(axis=0).tolist(),
-            }
-            if len(rows):
-                made["sparse"] = {
-                    "count": len(rows),
-                    "indices": {"bufferView": view(rows), "componentType": UNSIGNED_INT},
-                    "values": {"bufferView": view(values)},
-                }
-            tree["accessors"][f"morph{len(tree['accessors'])}"] = made
-            return len(tree["accessors"]) - 1
-
-        mesh = tree["meshes"][0]
-        mesh["extras"] = {**mesh.get("extras", {}), "targetNames": list(targets)}
-        mesh["weights"] = [0.0] * len(targets)
-        made = [{what: accessor(*s) for what, s in t.items()} for t in targets.values()]
-        for primitive in mesh["primitives"]:
-            primitive["targets"] = made
-
-    return add
+    path.write_bytes(gltf.glb(shape.points, shape.triangles, shape.colours, shape.moves, name))
 
 
 # --- .obj -----------------------------------------------------------------------------------------

@@ -28,13 +28,22 @@ def row_blocks(matrix: sp.csr_matrix) -> list[sp.csr_matrix]:
     return [matrix[k : k + ROWS] for k in range(0, matrix.shape[0], ROWS)]
 
 
-def refine_many(blocks: list[sp.csr_matrix], *cages: NDArray) -> NDArray[np.float32]:
-    """(b, n, 3) fine faces of cages (b, m, 3), and crease displacements (b, u, 3) behind them."""
+def refine_many(
+    blocks: list[sp.csr_matrix], *cages: NDArray, by_axis: bool = False
+) -> NDArray[np.float32]:
+    """(b, n, 3) fine faces of cages (b, m, 3), and crease displacements (b, u, 3) behind them.
+
+    by_axis : whether all x of a face lie together in memory, then all y, then all z
+    """
     count = len(cages[0])
     flat = np.empty((sum(c.shape[1] for c in cages), count, 3), dtype=np.float32)
     np.concatenate([c.transpose(1, 0, 2) for c in cages], out=flat)
     flat = flat.reshape(-1, 3 * count)
-    out = np.empty((count, sum(b.shape[0] for b in blocks), 3), dtype=np.float32)
+    n = sum(b.shape[0] for b in blocks)
+    if by_axis:
+        out = np.empty((count, 3, n), dtype=np.float32).transpose(0, 2, 1)
+    else:
+        out = np.empty((count, n, 3), dtype=np.float32)
     start = 0
     for block in blocks:
         stop = start + block.shape[0]

@@ -197,8 +197,8 @@ class FaceRig:
     @cached_property
     def control_deltas(self) -> NDArray[np.float32]:
         """(47, n, 3) movement in metres of each control alone, at intensity 5, default identity."""
-        full = [FaceParameters({name: FULL_INTENSITY}) for name in CONTROL_NAMES]
-        return self.pose_batch(full) - self.neutral()
+        rest = FaceParameters()
+        return self.moves([(rest, FaceParameters({n: FULL_INTENSITY})) for n in CONTROL_NAMES])
 
     @cached_property
     def arkit_deltas(self) -> NDArray[np.float32]:
@@ -211,6 +211,17 @@ class FaceRig:
         flat = np.ascontiguousarray(cages.transpose(1, 0, 2)).reshape(self._m, -1)
         fine = (self._matrix @ flat).reshape(self.n_vertices, len(cages), 3)
         return np.ascontiguousarray(fine.transpose(1, 0, 2), dtype=np.float32)
+
+    def moves(self, pairs: Sequence[tuple[FaceParameters, FaceParameters]]) -> NDArray[np.float32]:
+        """(pairs, n, 3) metres from the first to the second face of each pair, head upright.
+
+        Both faces of a pair are of the same identity. The eyes' own turning is no movement.
+        """
+        before, after = (self.key_values_of(faces) for faces in zip(*pairs, strict=True))
+        values, split = after - before, len(self._cage_keys)
+        cages = (values[:, :split] @ self._cage_keys).reshape(len(pairs), -1, 3)
+        creases = (values[:, split:] @ self._creases).reshape(len(pairs), -1, 3)
+        return refine_many(self._blocks, cages[:, : self._m], creases, by_axis=True)
 
     def shape(
         self, parameters: FaceParameters, offsets: NDArray | None = None
@@ -281,18 +292,28 @@ class FaceRig:
 
     def turn_vectors(self, vectors: NDArray, parameters: FaceParameters) -> NDArray[np.float32]:
         """Displacements (..., n, 3) of the upright face as displacements of the turned one."""
+        vectors = np.asarray(vectors, dtype=np.float32)
         if not any((*parameters.head, *parameters.neck, *parameters.gaze)):
-            return vectors.astype(np.float32)
-        turning = self._turning(parameters).astype(np.float32)
-        return np.einsum("nij,...nj->...ni", turning, vectors)
+            return vectors
+        whole = (rotation(parameters.neck) @ rotation(parameters.head)).astype(np.float32)
+        out = (whole @ vectors.swapaxes(-1, -2)).swapaxes(-1, -2)
+        # Where the skin follows in part, and where eyes turn by themselves, each goes its own way.
+        eyes = self._eyes.values() if any(parameters.gaze) else ()
+        rows = np.concatenate([self._blended, *eyes])
+        turning = self._turning(parameters, rows).astype(np.float32)
+        out[..., rows, :] = np.einsum("nij,...nj->...ni", turning, vectors[..., rows, :])
+        return out
 
-    def _turning(self, parameters: FaceParameters) -> NDArray[np.float64]:
-        """(n, 3, 3) what the joints do to a displacement of each vertex."""
+    def _turning(
+        self, parameters: FaceParameters, rows: NDArray | slice = slice(None)
+    ) -> NDArray[np.float64]:
+        """(k, 3, 3) what the joints do to a displacement of each vertex, or of some."""
         linear = np.tile(np.eye(3), (self.n_vertices, 1, 1))
         for at in self._eyes.values():
             linear[at] = rotation((*parameters.gaze, 0.0))
+        linear = linear[rows]
         for k, (angles, _) in enumerate(self._joints(parameters, self.joints())):
-            weight = self.weights[:, k, None, None]
+            weight = self.weights[rows, k, None, None]
             linear = (np.eye(3) + weight * (rotation(angles) - np.eye(3))) @ linear
         return linear
 

@@ -1,0 +1,232 @@
+"""Binary glTF 2.0 of a mesh that morphs: arrays in, the bytes of a .glb out.
+
+The shape itself is kept in float32. Morph targets are what makes a face large, so they are written
+as KHR_mesh_quantization allows, in steps of 1/32767 m for movements and 1/127 for turned normals,
+and for those vertices alone that move or turn enough to be seen.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig.mesh import corner_matrix, is_shape
+
+STILL = 0.0002
+"""Metres: smaller movements are left out. On a head that fills a screen, a pixel is larger."""
+UNTURNED = 0.1
+"""Turned normals that are shorter, 6 degrees, are left out."""
+BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
+ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
+EXTENSION = "KHR_mesh_quantization"
+# Normalised integers: their type, and the one that means 1.
+STEPS = {BYTE: (np.int8, 127), SHORT: (np.int16, 32767)}
+
+
+def glb(
+    vertices: NDArray,
+    triangles: NDArray,
+    colours: NDArray | None = None,
+    targets: Mapping[str, NDArray] | None = None,
+    name: str = "face",
+) -> bytes:
+    """A mesh with morph targets as the bytes of a .glb.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float, metres, y up; as float32 in the file      triangles : (t, 3) int
+    colours : (n, 4) uint8, of the vertices
+    targets : name -> (n, 3) float, metres that it moves the vertices when it is fully on. What
+        moves less than STILL stays, and up to twice that it moves the less, so that no edge shows;
+        normals likewise by UNTURNED.
+    name : of the mesh and its node
+
+    Raises ValueError for arrays of other shapes.
+    """
+    n = len(vertices)
+    vertices = np.ascontiguousarray(is_shape(vertices, (n, 3), "vertices"), dtype=np.float32)
+    light = _Light(vertices, is_shape(triangles, (None, 3), "triangles"))
+    file = _File()
+    attributes = {
+        "POSITION": file.vertices(vertices, FLOAT),
+        "NORMAL": file.vertices(_stored(light.normals.T, BYTE), BYTE),
+    }
+    if colours is not None:
+        colours = np.ascontiguousarray(is_shape(colours, (n, 4), "colours"), dtype=np.uint8)
+        attributes["COLOR_0"] = file.vertices(colours, UNSIGNED_BYTE)
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": file.indices(triangles, n)}
+    mesh: dict[str, Any] = {"name": name, "primitives": [primitive]}
+    if targets:
+        primitive["targets"] = []
+        for key, move in targets.items():
+            moves = np.ascontiguousarray(is_shape(move, (n, 3), f"target {key}").T, np.float32)
+            rows, turned = light.turned(moves)
+            kind = SHORT if np.abs(moves).max() <= 1 else FLOAT
+            moved = _seen(moves, STILL, kind)
+            lit = _seen(turned, UNTURNED, BYTE, among=rows)
+            primitive["targets"].append(
+                {"POSITION": file.sparse(n, *moved, kind), "NORMAL": file.sparse(n, *lit, BYTE)}
+            )
+        mesh |= {"weights": [0.0] * len(targets), "extras": {"targetNames": list(targets)}}
+    return file.packed(
+        asset={"version": "2.0", "generator": "Sketch to Face"},
+        extensionsUsed=[EXTENSION],
+        extensionsRequired=[EXTENSION],
+        scene=0,
+        scenes=[{"nodes": [0]}],
+        nodes=[{"name": name, "mesh": 0}],
+        meshes=[mesh],
+    )
+
+
+def _stored(values: NDArray, kind: int) -> NDArray:
+    """Numbers as a component type of glTF; as integers they end at -1 and 1."""
+    if kind == FLOAT:
+        return values.astype(np.float32)
+    dtype, one = STEPS[kind]
+    return np.clip(np.rint(values * one), -one, one).astype(dtype)
+
+
+def _seen(
+    vectors: NDArray, least: float, kind: int, among: NDArray | None = None
+) -> tuple[NDArray[np.intp], NDArray]:
+    """Of vectors (3, n) those longer than `least`: their numbers (k,), or what `among` (n,) has in
+    these places, and themselves (3, k) as they are stored."""
+    x, y, z = vectors
+    length2 = x * x + y * y + z * z
+    at = np.flatnonzero(length2 > least * least)
+    share = np.minimum(np.sqrt(length2[at]) / least - 1, 1)
+    x, y, z = stored = np.stack([_stored(axis[at] * share, kind) for axis in vectors])
+    kept = np.flatnonzero((x != 0) | (y != 0) | (z != 0))
+    at = at[kept]
+    return at if among is None else among[at], stored.take(kept, axis=1)
+
+
+class _Light:
+    """The normals of a mesh, and how they turn when it moves. Vectors are (3, n): x, y and z.
+
+    Without turned normals a viewer would light creases as if the skin were still smooth.
+    """
+
+    def __init__(self, vertices: NDArray[np.float32], triangles: NDArray) -> None:
+        self._corners = [np.ascontiguousarray(triangles[:, k], dtype=np.intp) for k in range(3)]
+        self._around = corner_matrix(triangles, len(vertices))
+        self._places = np.ascontiguousarray(vertices.T)
+        self._flat = _crossed(self._places, self._corners)
+        self._sums = self._summed(self._flat)
+        self._stiff = (UNTURNED / 2) ** 2 * (self._sums**2).sum(axis=0)
+        self.normals = _unit(self._sums)
+        self.normals[2, self._stiff == 0] = 1.0  # no triangle says where they point
+
+    def turned(self, moves: NDArray[np.float32]) -> tuple[NDArray[np.intp], NDArray]:
+        """Vertices (k,) whose normals may turn by UNTURNED when all move (3, n), and by how much
+        theirs do (3, k)."""
+        x, y, z = np.abs(moves)
+        moving = (x > STILL / 10) | (y > STILL / 10) | (z > STILL / 10)
+        a, b, c = (moving[corner] for corner in self._corners)
+        hot = np.flatnonzero(a | b | c)
+        change = np.zeros_like(self._flat)
+        now = _crossed(self._places + moves, [corner[hot] for corner in self._corners])
+        for out, new, old in zip(change, now, self._flat, strict=True):
+            out[hot] = new - old[hot]
+        x, y, z = sums = self._summed(change)
+        # A unit vector changes by at most twice the share by which it was changed.
+        rows = np.flatnonzero(x * x + y * y + z * z > self._stiff)
+        sums = sums.take(rows, axis=1) + self._sums.take(rows, axis=1)
+        return rows, _unit(sums) - self.normals.take(rows, axis=1)
+
+    def _summed(self, values: NDArray) -> NDArray[np.float32]:
+        """(3, n) vectors of the triangles (3, t) summed at their corners."""
+        return np.stack([self._around @ value for value in values])
+
+
+def _crossed(places: NDArray, corners: list[NDArray]) -> NDArray[np.float32]:
+    """(3, k) normals of triangles, as long as twice their areas; corners : three times (k,)."""
+    first, second, third = ([place[corner] for place in places] for corner in corners)
+    u = [b - a for a, b in zip(first, second, strict=True)]
+    v = [c - a for a, c in zip(first, third, strict=True)]
+    return np.stack([u[i] * v[j] - u[j] * v[i] for i, j in ((1, 2), (2, 0), (0, 1))])
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    """Vectors (3, n) with length 1; what has none stays 0."""
+    x, y, z = vectors
+    return vectors / np.maximum(np.sqrt(x * x + y * y + z * z), 1e-30)
+
+
+class _File:
+    """Accessors and their bytes, in the order in which they are asked for."""
+
+    def __init__(self) -> None:
+        self._views: list[dict[str, int]] = []
+        self._accessors: list[dict[str, Any]] = []
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def _view(self, array: NDArray, **more: int) -> int:
+        data = np.ascontiguousarray(array).tobytes()
+        view = {"buffer": 0, "byteOffset": self._size, "byteLength": len(data), **more}
+        self._views.append(view)
+        padded = data + b"\0" * (-len(data) % 4)
+        self._parts.append(padded)
+        self._size += len(padded)
+        return len(self._views) - 1
+
+    def _accessor(self, kind: int, count: int, type_: str, **more: Any) -> int:
+        accessor = {"componentType": kind, "count": count, "type": type_, **more}
+        if kind in (BYTE, UNSIGNED_BYTE, SHORT):
+            accessor["normalized"] = True
+        self._accessors.append(accessor)
+        return len(self._accessors) - 1
+
+    def vertices(self, values: NDArray, kind: int) -> int:
+        """The accessor of a value (n, 3) or (n, 4) of each vertex."""
+        n, c = values.shape
+        room = -c * values.itemsize % 4 // values.itemsize
+        # In the file each vertex begins at a multiple of four bytes.
+        padded = np.pad(values, ((0, 0), (0, room))) if room else values
+        view = self._view(padded, byteStride=padded[:1].nbytes, target=ARRAY_BUFFER)
+        bounds = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        return self._accessor(kind, n, f"VEC{c}", bufferView=view, **bounds)
+
+    def indices(self, triangles: NDArray, n: int) -> int:
+        """The accessor of triangles (t, 3) of n vertices."""
+        kind, dtype = _index(n)
+        view = self._view(triangles.astype(dtype), target=ELEMENT_ARRAY_BUFFER)
+        return self._accessor(kind, triangles.size, "SCALAR", bufferView=view)
+
+    def sparse(self, n: int, rows: NDArray, values: NDArray, kind: int) -> int:
+        """The accessor of n vectors: `values` (3, k) at `rows` (k,), and 0 elsewhere."""
+        ends = values if len(rows) == n else np.pad(values, ((0, 0), (0, 1)))
+        more: dict[str, Any] = {"min": ends.min(axis=1).tolist(), "max": ends.max(axis=1).tolist()}
+        if len(rows):
+            index, dtype = _index(n)
+            more["sparse"] = {
+                "count": len(rows),
+                "indices": {"bufferView": self._view(rows.astype(dtype)), "componentType": index},
+                "values": {"bufferView": self._view(values.T)},
+            }
+        return self._accessor(kind, n, "VEC3", **more)
+
+    def packed(self, **tree: Any) -> bytes:
+        """The whole file."""
+        tree |= {
+            "accessors": self._accessors,
+            "bufferViews": self._views,
+            "buffers": [{"byteLength": self._size}],
+        }
+        text = json.dumps(tree, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        head = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + self._size)
+        chunks = struct.pack("<I4s", len(text), b"JSON"), struct.pack("<I4s", self._size, b"BIN\0")
+        return b"".join([head, chunks[0], text, chunks[1], *self._parts])
+
+
+def _index(n: int) -> tuple[int, str]:
+    """The integers that number n vertices; the largest of each kind is no number in glTF."""
+    return (UNSIGNED_SHORT, "<u2") if n <= 0xFFFF else (UNSIGNED_INT, "<u4")
