@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,13 @@ ROOM = 1.08
 # Landmarks that lie in one spot say nothing of where the face is: their box must be at least this
 # share of what was looked at. All the ink may hold a small face, a face's box holds that face.
 LEAST_OF_INK, LEAST_OF_BOX = 0.1, 0.5
+# A head that is rolled further than this is looked at again in a crop that is turned with it, for
+# the networks know rolls of some degrees alone; of larger ones they tell too little, hence rounds.
+LEVEL, ROUNDS = np.radians(6), 4
+# How else the page is looked at if no face is seen so surely (a logit) as upright ones are, and how
+# much more of it: each turn finds the faces that are rolled by about as much. A reading of a turned
+# page must be surer by some logits, as most faces are upright.
+TURNS, SURE, AROUND, SURER = (np.radians(45), np.radians(-45)), 9.0, 1.2, 1.0
 TRIES = 3  # boxes that the third look is given, if it sees no face in the first
 CLOSE = 0.02  # of the face's height: what counts as found
 # For somebody who has several faces on the page.
@@ -111,7 +118,8 @@ class Reading:
 
     logits : (k,) yes minus no      intensities : (k,) 0..5      angles : (3,) radians
     landmarks : (m, 2)      spreads : (m,) their expected errors      face : logit of a face
-    box : what the last look saw      others : further faces on the page, largest first
+    box : what the last look saw, turned as the face is
+    others : further faces on the page, largest first
     """
 
     logits: NDArray[np.float64]
@@ -170,7 +178,8 @@ class Detector:
         intensities = settle(strong, probabilities)
         yaw, pitch, roll = reading.angles.tolist()
         face = float(sigmoid(np.array(reading.face / self._face_temperature)))
-        height = float(np.ptp(reading.landmarks[self._bounding, 1]))
+        upright = reading.box.to_crop(reading.landmarks[self._bounding])[:, 1]
+        height = float(np.ptp(upright)) * reading.box.height
         # What the spread is learnt as is the mean of a distance: it is distributed exponentially.
         close = 1 - np.exp(-CLOSE * height / np.maximum(reading.spreads, 1e-9))
         return Detection(
@@ -195,28 +204,42 @@ class Detector:
         """Three looks at a page of ink (h, w).
 
         The first at all of it, or at the given `head`, finds the faces. The second at the box of
-        the largest finds its landmarks, and so a better box; if no face was found, the first look
-        is taken for it. The third, at that box, reads the face. A box that the third look sees no
-        face in is given up for the next smaller one, and in the end for all the ink.
+        the largest finds its landmarks, and so a better box, and is taken again in a turned box
+        until the face is upright in it; if no face was found, the first look is taken for it. The
+        third, at that box, reads the face. A box that the third look sees no face in is given up
+        for the next smaller one, and in the end for all the ink. Where the face is in doubt, the
+        same is done with the page turned, and the surest reading counts.
         """
         whole = ink_box(page) if head is None else squared(head)
+        reading = self._read(page, whole)
+        for turn in TURNS:
+            if reading.face > SURE:
+                break
+            turned = self._read(page, replace(widened(whole, AROUND), turn=turn))
+            if turned.face > reading.face + SURER:
+                reading = turned
+        return reading
+
+    def _read(self, page: Floats, whole: Crop) -> Reading:
+        """The three looks at a crop of the page, which may be turned."""
         first = self.look(area_resample(page, whole, self.size)[None])
         faces = faces_on(first.found[0], whole)
         for face in faces[:TRIES]:
             faces = [other for other in faces if other is not face]
-            room = widened(face.box, ROOM)
-            second = self.look(area_resample(page, room, self.size)[None])
-            box = self._face_in(second, room, LEAST_OF_BOX) or face.box
+            second, room = self._upright(page, widened(face.box, ROOM))
+            box = self._face_in(second, room, LEAST_OF_BOX) or widened(room, 1 / ROOM)
             third = self.look_both_ways(area_resample(page, box, self.size))
             if third.face[0] > 0:
                 break
         else:
             box = self._face_in(first, whole, LEAST_OF_INK) or whole
             third = self.look_both_ways(area_resample(page, box, self.size))
+        angles = third.angles[0] + (0, 0, box.turn)
+        angles[2] = (angles[2] + np.pi) % (2 * np.pi) - np.pi
         return Reading(
             third.logits[0],
             third.intensities[0],
-            third.angles[0],
+            angles,
             box.to_page(third.landmarks[0]),
             np.exp(third.spreads[0].astype(float)) * box.width,
             float(first.face[0] + third.face[0]) / 2,
@@ -224,10 +247,25 @@ class Detector:
             tuple(other for other in faces if not echo(other.box, box)),
         )
 
+    def _upright(self, page: Floats, room: Crop) -> tuple[Answers, Crop]:
+        """The second look: at a box, turned until the face in it is upright; and that box."""
+        seen = self.look(area_resample(page, room, self.size)[None])
+        for _ in range(ROUNDS):
+            roll = float(seen.angles[0, 2])
+            if abs(roll) < LEVEL:
+                break
+            room = replace(room, turn=room.turn + roll)
+            seen = self.look(area_resample(page, room, self.size)[None])
+        return seen, room
+
     def _face_in(self, seen: Answers, crop: Crop, least: float) -> Crop | None:
         """The box of the landmarks that were seen in a crop, unless they are all in one spot."""
-        box = face_box(crop.to_page(seen.landmarks[0, self._bounding]))
-        return box if box.width >= least * crop.width else None
+        flat = replace(crop, turn=0.0)
+        box = face_box(flat.to_page(seen.landmarks[0, self._bounding]))
+        middle = crop.to_page(flat.to_crop(np.array(box.middle)))
+        if box.width < least * crop.width:
+            return None
+        return Crop.square(middle, box.width, crop.turn)
 
     def look(self, crops: Floats) -> Answers:
         """Run the networks on crops (b, size, size) of ink; lengths come in crop units."""

@@ -30,7 +30,7 @@ Progress = Callable[[int, int], None]
 class Evidence:
     """What a detection rests on.
 
-    shape : (h, w) of the drawing      box : the part of it that was read, in its pixels
+    shape : (h, w) of the drawing      box : the part of it that was read, turned as the face is
     maps : every control -> (s, s) float32 over the box: by how much the control's log-odds fall
     when the surroundings are erased, negative where they rise
     """
@@ -47,11 +47,12 @@ class Evidence:
 
     def within(self, name: str, view: Crop, shape: tuple[int, int]) -> Floats:
         """The map of a control as a picture (h, w) float32 of a rectangle of the drawing."""
-        box = self.box
-        corners = [(box.left, box.top), (box.left + box.width, box.top + box.height)]
-        (left, top), (right, bottom) = view.to_crop(np.array(corners)).tolist()
-        heat = self.maps[name]
         height, width = shape
+        heat = self.maps[name]
+        if view.turn != self.box.turn:
+            return _sampled(heat, self.box, view, shape)
+        ends = view.to_crop(self.box.to_page(np.array([(0.0, 0.0), (1.0, 1.0)])))
+        (left, top), (right, bottom) = ends.tolist()
         rows = _spread(len(heat), height, top * height, (bottom - top) * height)
         columns = _spread(len(heat), width, left * width, (right - left) * width)
         return (rows @ heat @ columns.T).astype(np.float32)
@@ -122,3 +123,17 @@ def _spread(cells: int, pixels: int, start: float, length: float) -> NDArray[np.
     nearest = np.clip(place, 0, cells - 1)
     weights = np.maximum(1 - np.abs(nearest[:, None] - np.arange(cells)), 0)
     return weights * ((place >= -0.5) & (place <= cells - 0.5))[:, None]
+
+
+def _sampled(heat: Floats, box: Crop, view: Crop, shape: tuple[int, int]) -> Floats:
+    """A map (s, s) over a box as a picture (h, w) of a view that is turned otherwise."""
+    height, width = shape
+    v, u = (np.indices(shape) + 0.5).reshape(2, -1)
+    place = box.to_crop(view.to_page(np.stack([u / width, v / height], axis=1)))
+    seen = ((place >= 0) & (place <= 1)).all(axis=1)
+    near = np.clip(place * len(heat) - 0.5, 0, len(heat) - 1)
+    first = np.minimum(near.astype(int), len(heat) - 2)
+    (a, b), (j, i) = (near - first).T, first.T
+    above = (1 - a) * heat[i, j] + a * heat[i, j + 1]
+    below = (1 - a) * heat[i + 1, j] + a * heat[i + 1, j + 1]
+    return (seen * ((1 - b) * above + b * below)).reshape(shape).astype(np.float32)

@@ -19,15 +19,19 @@ COVERED = 0.5  # of two boxes that share more than this of the smaller one, one 
 @dataclass(frozen=True)
 class Face:
     """A face on a page: its box from chin to forehead in the page's pixels (it may reach over the
-    edge), and how probable it is that there is one."""
+    edge; turned if the face is), and how probable it is that there is one."""
 
     box: Crop
     probability: float
 
     @property
     def corners(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom of the box."""
+        """Left, top, right, bottom of the box; of the upright one around it, if it is turned."""
         box = self.box
+        if box.turn:
+            every = box.to_page(np.array([(0, 0), (1, 0), (0, 1), (1, 1)]))
+            (left, top), (right, bottom) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+            return left, top, right, bottom
         return box.left, box.top, box.left + box.width, box.top + box.height
 
 
@@ -54,7 +58,7 @@ def faces_on(found: NDArray, crop: Crop) -> list[Face]:
     side = share * np.sqrt(crop.width * crop.height)
     faces: list[Face] = []
     for k in np.argsort(-probability, kind="stable"):
-        box = Crop.square(middle[k], float(side[k]))
+        box = Crop.square(middle[k], float(side[k]), crop.turn)
         if probability[k] >= SURE and not any(echo(box, face.box) for face in faces):
             faces.append(Face(box, float(probability[k])))
     return sorted(faces, key=lambda face: -face.box.width)
@@ -72,7 +76,7 @@ def widened(box: Crop, factor: float) -> Crop:
     """The box, larger by a factor about its middle."""
     width, height = factor * box.width, factor * box.height
     left, top = box.left - (width - box.width) / 2, box.top - (height - box.height) / 2
-    return Crop(left, top, width, height)
+    return Crop(left, top, width, height, box.turn)
 
 
 def squared(box: Crop) -> Crop:

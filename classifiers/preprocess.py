@@ -21,24 +21,36 @@ PAGE_MARGIN = 1.06
 TYPICAL_INK = 0.6
 BLOCK = 16
 LARGE = 512
+FINE = 2  # samples along each side of a cell of a turned crop
 
 
 @dataclass(frozen=True)
 class Crop:
-    """A rectangle of the page, in its pixels (u right, v down, pixel centres at .5)."""
+    """A rectangle of the page, in its pixels (u right, v down, pixel centres at .5).
+
+    turn : radians, clockwise on the page, about its middle; left and top are as if it were 0
+    """
 
     left: float
     top: float
     width: float
     height: float
+    turn: float = 0.0
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """In page pixels, however it is turned."""
+        return self.left + self.width / 2, self.top + self.height / 2
 
     def to_crop(self, points: NDArray) -> NDArray[np.float64]:
         """Page pixels (..., 2) -> crop units (..., 2), 0..1 inside."""
-        return (np.asarray(points, float) - (self.left, self.top)) / (self.width, self.height)
+        points = _about(np.asarray(points, float), self.middle, -self.turn)
+        return (points - (self.left, self.top)) / (self.width, self.height)
 
     def to_page(self, points: NDArray) -> NDArray[np.float64]:
         """Crop units (..., 2) -> page pixels (..., 2)."""
-        return np.asarray(points, float) * (self.width, self.height) + (self.left, self.top)
+        flat = np.asarray(points, float) * (self.width, self.height) + (self.left, self.top)
+        return _about(flat, self.middle, self.turn)
 
     def within(self, shape: tuple[int, ...]) -> bool:
         """Whether the rectangle lies on a page (h, w) whole."""
@@ -55,9 +67,17 @@ class Crop:
         )
 
     @classmethod
-    def square(cls, centre: Iterable[float], side: float) -> Crop:
+    def square(cls, centre: Iterable[float], side: float, turn: float = 0.0) -> Crop:
         u, v = centre
-        return cls(u - side / 2, v - side / 2, side, side)
+        return cls(u - side / 2, v - side / 2, side, side, turn)
+
+
+def _about(points: NDArray, middle: tuple[float, float], turn: float) -> NDArray[np.float64]:
+    """Points (..., 2) of the page, turned clockwise about another."""
+    if not turn:
+        return points
+    c, s = np.cos(turn), np.sin(turn)
+    return (points - middle) @ np.array([[c, s], [-s, c]]) + middle
 
 
 def as_page(drawing: NDArray) -> Floats:
@@ -88,14 +108,36 @@ def area_resample(ink: NDArray, crop: Crop, size: int) -> Floats:
     """The mean ink in each cell of a size x size grid over the crop: (size, size) float32.
 
     Exact for any real rectangle: a pixel counts with the area that it shares with the cell, and
-    what lies off the page counts as paper. Linear in the ink.
+    what lies off the page counts as paper. Linear in the ink. A crop that is turned is sampled at
+    some points in each cell.
     """
+    if crop.turn:
+        return _turned(ink, crop, size)
     columns = slice(
         int(np.clip(np.floor(crop.left), 0, ink.shape[1])),
         int(np.clip(np.ceil(crop.left + crop.width), 0, ink.shape[1])),
     )
     part = _average(ink[:, columns], crop.top, crop.height, size)
     return np.ascontiguousarray(_average(part.T, crop.left - columns.start, crop.width, size).T)
+
+
+def _turned(ink: NDArray, crop: Crop, size: int) -> Floats:
+    """`area_resample` of a turned crop: of the upright square around it, then between its cells."""
+    cells = FINE * size
+    side = float(np.hypot(crop.width, crop.height))
+    around = Crop.square(crop.middle, side * (1 + 2 / cells))
+    count = int(np.ceil(cells * around.width / max(crop.width, crop.height)))
+    fine = area_resample(ink, around, count)
+    grid = (np.arange(cells) + 0.5) / cells
+    points = np.stack(np.broadcast_arrays(grid[None, :], grid[:, None]), axis=-1)
+    place = around.to_crop(crop.to_page(points)).astype(np.float32) * count - np.float32(0.5)
+    first = np.clip(np.floor(place).astype(np.intp), 0, count - 2)
+    u, v = np.moveaxis((place - first).astype(np.float32), -1, 0)
+    at, flat = first[..., 1] * count + first[..., 0], fine.ravel()
+    above = (1 - u) * flat[at] + u * flat[at + 1]
+    below = (1 - u) * flat[at + count] + u * flat[at + count + 1]
+    every = (1 - v) * above + v * below
+    return np.ascontiguousarray(every.reshape(size, FINE, size, FINE).mean(axis=(1, 3)))
 
 
 def _average(ink: NDArray, start: float, length: float, size: int) -> Floats:

@@ -167,7 +167,7 @@ class Blobs:
             if blobs:
                 side, u, v = max(blobs)
                 if any(page[min(int(y), size - 1), int(x)] > 0.3 for _, x, y in blobs):
-                    face[k] = 6.0
+                    face[k] = 12.0  # as sure as of an upright face
                 if not self.collapsed:
                     landmarks[k] = (np.array([u, v]) + side * CORNERS) / size
         none = np.zeros((n, len(DETECTED)))

@@ -103,6 +103,17 @@ def test_a_map_is_carried_to_any_view(rng):
     assert (row[:10] == 0).all() and (row[42:] == 0).all()
 
 
+def test_a_map_of_a_turned_box_is_carried_to_the_upright_page(rng):
+    coarse = rng.normal(0, 1, (8, 8)).astype(np.float32)
+    box = Crop(10, 5, 32, 32, np.pi / 2)  # a quarter turn clockwise: its left is the page's top
+    found = Evidence(None, (40, 60), box, {"smile": coarse})  # type: ignore
+    upright = found.within("smile", Crop(10, 5, 32, 32), (8, 8))
+    np.testing.assert_allclose(upright, np.rot90(coarse, -1), atol=1e-6)
+    same = found.within("smile", box, (8, 8))
+    np.testing.assert_allclose(same, coarse, atol=1e-6)
+    assert (found.on_page("smile")[:, :10] == 0).all()
+
+
 def test_blank_paper_has_no_evidence(detector):
     found = evidence(np.ones((50, 50), np.float32), detector)
     assert all((heat == 0).all() for heat in found.maps.values())

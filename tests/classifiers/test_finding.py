@@ -105,3 +105,9 @@ def test_boxes():
     assert echo(box, Crop(12, 22, 20, 20))
     assert not echo(box, Crop(30, 20, 30, 40))
     assert not echo(box, Crop(400, 20, 30, 40))
+
+
+def test_the_corners_of_a_turned_face_are_those_of_the_box_around_it():
+    left, top, right, bottom = Face(Crop(10, 20, 30, 30, np.pi / 4), 1.0).corners
+    half = 15 * np.sqrt(2)
+    assert np.allclose((left, top, right, bottom), (25 - half, 35 - half, 25 + half, 35 + half))

@@ -119,3 +119,27 @@ def test_what_is_no_drawing_is_refused_in_one_sentence(drawing, message):
     with pytest.raises(ValueError, match=message) as caught:
         as_page(drawing)
     assert "\n" not in str(caught.value)
+
+
+def test_a_turned_crop_is_the_upright_one_of_a_turned_page():
+    v, u = np.indices((300, 260)) + 0.5
+    middle = np.array([130.0, 140.0])
+
+    def blobs(turn):  # smooth: nothing that sampling could miss
+        out = np.zeros((300, 260))
+        for du, dv, size in ((30, -10, 9), (-25, 20, 14), (5, 45, 7)):
+            c, s = np.cos(turn), np.sin(turn)
+            x, y = middle + (c * du - s * dv, s * du + c * dv)
+            out += np.exp(-((u - x) ** 2 + (v - y) ** 2) / (2 * size**2))
+        return (out / out.max()).astype(np.float32)
+
+    upright = area_resample(blobs(0.0), Crop.square(middle, 150), 64)
+    for turn in (0.2, -0.7, np.pi / 2, 3.0):
+        turned = area_resample(blobs(turn), Crop.square(middle, 150, turn), 64)
+        assert turned.dtype == np.float32 and np.abs(turned - upright).max() < 0.01
+    crop = Crop(10, 20, 60, 40, 0.6)
+    points = np.array([[0.0, 0.0], [1.0, 0.3], [0.5, 0.5]])
+    assert np.allclose(crop.to_crop(crop.to_page(points)), points)
+    assert np.allclose(crop.to_page(points[2]), crop.middle)
+    right = crop.to_page(np.array([1.0, 0.5])) - crop.middle  # clockwise: its right goes down
+    assert np.allclose(right, (30 * np.cos(0.6), 30 * np.sin(0.6)))
