@@ -9,7 +9,7 @@ Nothing heavy is imported before it is known which command runs, so that help co
 from __future__ import annotations
 
 import argparse
-import os
+import contextlib
 import sys
 import traceback
 from collections.abc import Callable, Sequence
@@ -17,6 +17,7 @@ from typing import NoReturn
 
 from addon import commands, rig_command
 from addon.console import UsageError, say
+from addon.terminal import Stopped, mute, prepare_streams, stoppable
 
 ABOUT = """\
 A drawing of a face becomes a posable 3D face: the expression is read from the drawing as FACS
@@ -39,6 +40,8 @@ EXTRAS = {
     "bpy": "blender",
 }
 
+STOPPED = "stopped; nothing half-done was left behind."
+
 # Errors whose text is one sentence for whoever called the command.
 MENDABLE = {
     "addon.accepted": "SketchError",
@@ -51,29 +54,49 @@ class _Parser(argparse.ArgumentParser):
     """argparse, but a mistake costs one line and not the whole usage."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (see '{self.prog} --help')\n")
+        raise SystemExit(say(f"{message} (see '{self.prog} --help')", 2, self.prog))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line (default: this process's) and return its exit status."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    prepare_streams()
+    try:
+        with stoppable():
+            return _written(_run(list(sys.argv[1:] if argv is None else argv)))
+    except Stopped as stop:
+        return say(STOPPED, 128 + stop.number)
+    except KeyboardInterrupt:
+        return say(STOPPED, 130)
+
+
+def _run(arguments: list[str]) -> int:
     try:
         options = _parser(arguments[0] if arguments else "").parse_args(arguments)
         return options.run(options)
     except SystemExit as stop:  # argparse, after help or a mistake
         return stop.code if isinstance(stop.code, int) else 2
-    except KeyboardInterrupt:
-        return say("stopped; nothing half-done was left behind.", 130)
-    except BrokenPipeError:
-        # Whoever read our output has seen enough.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read our output has seen enough
+        mute(sys.stdout)
         return 0
     except Exception as error:
         sentence = _mendable(error)
         if sentence:
             return say(sentence, 2)
-        traceback.print_exc()
+        with contextlib.suppress(OSError):
+            traceback.print_exc()
         return say("this is a fault of the program; please report it with the lines above.", 1)
+
+
+def _written(status: int) -> int:
+    """The exit status of a command, once all that it said has arrived."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        mute(sys.stdout)
+    except OSError as error:
+        mute(sys.stdout)
+        return status or say(_mendable(error), 2)
+    return status
 
 
 def _mendable(error: Exception) -> str:
@@ -87,6 +110,14 @@ def _mendable(error: Exception) -> str:
     for module, kind in MENDABLE.items():
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind)):
             return str(error)
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this; close other programs, or ask for less."
+    if isinstance(error, OSError):
+        from facs_rig.files import REASONS
+
+        if error.errno in REASONS:  # of the computer, not of ours
+            what = f"'{error.filename}'" if error.filename else "what the command says"
+            return f"{what} cannot be read or written: {REASONS[error.errno]}."
     return ""
 
 

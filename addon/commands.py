@@ -15,7 +15,19 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, say, usage
+from addon.console import (
+    FACES,
+    Bar,
+    UsageError,
+    assignment,
+    distinct,
+    file_name,
+    need_bpy,
+    remark,
+    say,
+    usage,
+)
+from addon.terminal import mute, printable
 
 if TYPE_CHECKING:
     from addon.drawing import Drawing
@@ -27,16 +39,24 @@ if TYPE_CHECKING:
 def fit_arguments(parser: argparse.ArgumentParser) -> None:
     from addon.pipeline import METHODS, FitOptions
 
-    parser.add_argument("sketch", help="picture of a drawn face (PNG, JPEG, WebP, TIFF, BMP, GIF)")
+    parser.add_argument(
+        "sketch", type=file_name, help="picture of a drawn face (PNG, JPEG, WebP, TIFF, BMP, GIF)"
+    )
     parser.add_argument(
         "-o",
         "--output",
+        type=file_name,
         metavar="FACE",
         help=f"the face, {', '.join(FACES)} (default: SKETCH's name with .glb, in this folder)",
     )
-    parser.add_argument("--report", metavar="R.json", help="write what was read and measured")
     parser.add_argument(
-        "--preview", metavar="P.png", help="write a picture: sketch, expression, fitted face"
+        "--report", type=file_name, metavar="R.json", help="write what was read and measured"
+    )
+    parser.add_argument(
+        "--preview",
+        type=file_name,
+        metavar="P.png",
+        help="write a picture: sketch, expression, fitted face",
     )
     parser.add_argument(
         "--align",
@@ -194,28 +214,29 @@ def _pin(text: str) -> tuple[str, tuple[float, float]]:
 def _tell_fit(report: dict[str, Any], written: Sequence[Any]) -> None:
     active = {name: au for name, au in report["aus"].items() if au["active"]}
     expression = ", ".join(f"{name} {au['intensity']:.1f}" for name, au in active.items())
-    print(f"expression     {expression or 'neutral'}")
-    print(f"head           {_degrees(report['head'])}")
+    remark(f"expression     {expression or 'neutral'}")
+    remark(f"head           {_degrees(report['head'])}")
     error = report["contour_error_px"]
-    print(
+    remark(
         "contour error  "
         + ", ".join(f"{name} {error[name]:.2f} px" for name in ("template", "expression", "fitted"))
     )
     stages = dict(report["timings_s"])
     total = stages.pop("total")
     parts = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in stages.items())
-    print(f"time           {total:.2f} s ({parts})")
-    print(f"written        {', '.join(str(path) for path in written if path)}")
+    remark(f"time           {total:.2f} s ({parts})")
+    remark(f"written        {', '.join(str(path) for path in written if path)}")
 
 
 # --- detect ---------------------------------------------------------------------------------------
 
 
 def detect_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("sketch", nargs="+", help="pictures of drawn faces")
+    parser.add_argument("sketch", type=file_name, nargs="+", help="pictures of drawn faces")
     parser.add_argument("--json", action="store_true", help="one JSON object a line and sketch")
     parser.add_argument(
         "--explain",
+        type=file_name,
         metavar="OUT.png",
         help="write a picture: the lines that each action was read from, in colour",
     )
@@ -244,9 +265,15 @@ def detect(options: argparse.Namespace) -> int:
         detector = detector or usage(load_detector)
         detection = detector.detect(drawing.image)
         if options.json:
-            print(json.dumps(_detection_json(path, drawing, detection, detector.model)), flush=True)
+            told = json.dumps(_detection_json(path, drawing, detection, detector.model))
         else:
-            _tell_detection(path, detection)
+            told = _tell_detection(path, detection)
+        try:
+            print(told, flush=True)
+        except BrokenPipeError:
+            if not options.explain:
+                raise
+            mute(sys.stdout)  # the picture is still wanted
         if options.explain:
             drawings[path] = drawing.image
     if detector and drawings and not status:
@@ -278,16 +305,18 @@ def _detection_json(
     }
 
 
-def _tell_detection(path: str, detection: Detection) -> None:
-    print(path)
-    print(f"  face {detection.face_probability:.2f}, head {_degrees(detection.to_json()['head'])}")
+def _tell_detection(path: str, detection: Detection) -> str:
+    lines = [printable(path)]
+    head = _degrees(detection.to_json()["head"])
+    lines.append(f"  face {detection.face_probability:.2f}, head {head}")
     if detection.left_out():
-        print(f"  {detection.left_out()}")
+        lines.append(f"  {detection.left_out()}")
     order = sorted(detection.probabilities.items(), key=lambda item: -item[1])
     for name, probability in order:
         bar = "#" * round(20 * probability)
         active = f"active, {detection.intensities[name]:.1f}" if detection.active[name] else ""
-        print(f"  {name:<20} {probability:5.2f} {bar:<20} {active}".rstrip())
+        lines.append(f"  {name:<20} {probability:5.2f} {bar:<20} {active}".rstrip())
+    return "\n".join(lines)
 
 
 def _degrees(head: dict[str, float]) -> str:
@@ -299,7 +328,9 @@ def _degrees(head: dict[str, float]) -> str:
 
 def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, required=True, help="how many samples")
-    parser.add_argument("--out", metavar="DIR", required=True, help="folder of the shards")
+    parser.add_argument(
+        "--out", type=file_name, metavar="DIR", required=True, help="folder of the shards"
+    )
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     parser.add_argument(
         "--engine",
@@ -372,9 +403,9 @@ def generate(options: argparse.Namespace) -> int:
             progress=bar,
         )
     took = time.perf_counter() - started
-    print(f"{options.count} samples in {len(shards)} shards in {options.out}, {took:.0f} s")
+    remark(f"{options.count} samples in {len(shards)} shards in {options.out}, {took:.0f} s")
     if options.preview:
-        print(f"written        {_preview(Path(options.out), options.preview)}")
+        remark(f"written        {_preview(Path(options.out), options.preview)}")
     return 0
 
 

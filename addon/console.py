@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+from addon.terminal import mute, printable
 
 FACES = (".glb", ".fbx", ".obj", ".ply", ".blend")
 # Endings that only Blender can write.
@@ -16,10 +20,21 @@ class UsageError(ValueError):
     """A command line that cannot be carried out; the text is one sentence."""
 
 
-def say(sentence: str, status: int) -> int:
-    """One line on stderr, and the exit status passed through."""
-    print(f"sketch2face: {' '.join(sentence.split())}", file=sys.stderr)
+def say(sentence: str, status: int, who: str = "sketch2face") -> int:
+    """One line on stderr, if that can be written, and the exit status passed through."""
+    try:
+        print(f"{who}: {printable(sentence)}", file=sys.stderr, flush=True)
+    except OSError:
+        mute(sys.stderr)
     return status
+
+
+def remark(text: str) -> None:
+    """Lines on stdout that nobody's work depends on: of files that are written already."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        mute(sys.stdout)
 
 
 def usage(call: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
@@ -51,7 +66,7 @@ class Bar:
 
     def __init__(self, label: str) -> None:
         self.label = label
-        self.shown = sys.stderr.isatty()
+        self.shown = bool(sys.stderr) and sys.stderr.isatty()
         self._last = ""
 
     def __call__(self, done: int, total: int) -> None:
@@ -61,24 +76,48 @@ class Bar:
         line = f"\r{self.label} [{'#' * full}{'.' * (self.WIDTH - full)}] {done}/{total}"
         if line != self._last:
             self._last = line
-            sys.stderr.write(line)
-            sys.stderr.flush()
+            self._write(line)
 
     def __enter__(self) -> Bar:
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._last:
-            sys.stderr.write("\n")
+            self._write("\n")
+
+    def _write(self, text: str) -> None:
+        try:
+            sys.stderr.write(text)
+            sys.stderr.flush()
+        except OSError:  # the terminal is gone
+            self.shown = False
+            mute(sys.stderr)
 
 
 def distinct(paths: Sequence[Any]) -> None:
-    """UsageError if a file is named twice; empty names do not count."""
-    seen: set[Path] = set()
-    for path in (Path(path).resolve() for path in paths if path):
-        if path in seen:
-            raise UsageError(f"'{path.name}' is named twice; give every file a name of its own.")
-        seen.add(path)
+    """UsageError if two of these are one file, by the same name or by another: a link, a name in
+    other letters on a disk that does not tell them apart. None does not count."""
+    seen: dict[object, Any] = {}
+    for path in (path for path in paths if path):
+        try:
+            known = os.stat(path)
+            key: object = (known.st_dev, known.st_ino)
+        except (OSError, ValueError):
+            key = os.path.realpath(path)
+        if key in seen:
+            same = Path(path).name
+            other = Path(seen[key]).name
+            also = "" if other == same else f" (as '{other}', too)"
+            raise UsageError(f"'{same}' is named twice{also}; give every file a name of its own.")
+        seen[key] = path
+
+
+def file_name(text: str) -> str:
+    """`text`, for argparse: an option that names a file or a folder."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError("the name is empty" if not text else "no file has a name "
+                                         "with a zero byte")  # fmt: skip
+    return text
 
 
 def need_bpy(face: Path) -> None:

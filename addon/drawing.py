@@ -7,6 +7,7 @@ with one sentence that says what is wrong and how to mend it.
 
 from __future__ import annotations
 
+import stat
 import struct
 import warnings
 import zlib
@@ -20,6 +21,7 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy import ndimage
 
 from addon.accepted import FORMATS, SketchError
+from facs_rig.files import reason_of
 
 Floats = NDArray[np.float32]
 
@@ -128,15 +130,16 @@ def _checked(array: NDArray[Any], name: str) -> Floats:
 
 def _open(path: Path) -> Image.Image:
     """The decoded picture, upright."""
-    if not path.exists():
-        raise SketchError(f"There is no file '{path}'; check the name and the folder.")
-    if path.is_dir():
-        raise SketchError(f"'{path}' is a folder; name one sketch in it.")
     unreadable = (
         f"'{path}' is not a picture that can be read; save the sketch as PNG, JPEG, WebP or TIFF."
     )
     try:
-        if path.stat().st_size == 0:
+        about = path.stat()
+        if stat.S_ISDIR(about.st_mode):
+            raise SketchError(f"'{path}' is a folder; name one sketch in it.")
+        if not stat.S_ISREG(about.st_mode):
+            raise SketchError(f"'{path}' is a device or a pipe; save the sketch in a file.")
+        if about.st_size == 0:
             raise SketchError(f"'{path}' is an empty file; save the sketch again.")
         with warnings.catch_warnings():
             # Pillow's complaints (huge pictures, odd metadata) are ours to judge and to word.
@@ -151,15 +154,23 @@ def _open(path: Path) -> Image.Image:
         raise SketchError(_too_large(path)) from None
     except UnidentifiedImageError:
         raise SketchError(unreadable) from None
+    except (FileNotFoundError, NotADirectoryError):
+        raise SketchError(f"There is no file '{path}'; check the name and the folder.") from None
     except PermissionError:
         raise SketchError(f"'{path}' may not be read; change its permissions.") from None
     except SketchError:
         raise
-    except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error):
+    except OSError as error:
+        if error.errno is None:  # Pillow's own, of files that break off
+            raise SketchError(_damaged(path)) from None
+        raise SketchError(f"'{path}' cannot be read: {reason_of(error)}.") from None
+    except (SyntaxError, ValueError, EOFError, struct.error, zlib.error):
         # What Pillow's decoders raise for files that begin well and then break off.
-        raise SketchError(
-            f"'{path}' is damaged or cut off; save the sketch again as PNG or JPEG."
-        ) from None
+        raise SketchError(_damaged(path)) from None
+
+
+def _damaged(path: Path) -> str:
+    return f"'{path}' is damaged or cut off; save the sketch again as PNG or JPEG."
 
 
 def _too_large(path: Path) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from addon.terminal import printable
 from classifiers import Detection, Detector
 from classifiers.evidence import Evidence, Progress, evidence
 from classifiers.finding import widened
@@ -37,7 +38,7 @@ def explain(
     """
     sections = []
     for done, (title, drawing) in enumerate(sketches.items(), 1):
-        sections.append(section(title, drawing, evidence(drawing, detector)))
+        sections.append(section(printable(title), drawing, evidence(drawing, detector)))
         if progress:
             progress(done, len(sketches))
     width = max(part.width for part in sections)

@@ -10,7 +10,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from addon.console import FACES, Bar, UsageError, assignment, distinct, need_bpy, usage
+from addon.console import (
+    FACES,
+    Bar,
+    UsageError,
+    assignment,
+    distinct,
+    file_name,
+    need_bpy,
+    remark,
+    usage,
+)
 
 if TYPE_CHECKING:
     from facs_rig import FaceParameters
@@ -37,7 +47,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
     sheet = parser.add_argument_group("contact sheet")
     sheet.add_argument(
-        "--sheet", metavar="OUT.png", help="draw every control at 0, 2.5 and 5 (5 is full)"
+        "--sheet",
+        type=file_name,
+        metavar="OUT.png",
+        help="draw every control at 0, 2.5 and 5 (5 is full)",
     )
     sheet.add_argument("--size", type=int, metavar="N", help="pixels of a face (default 160)")
     sheet.add_argument("--shaded", action="store_true", help="only shaded faces")
@@ -54,10 +67,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
     export = parser.add_argument_group("posed face")
     export.add_argument(
-        "-o", "--output", metavar="FACE", help=f"write a posed face, {', '.join(FACES)}"
+        "-o",
+        "--output",
+        type=file_name,
+        metavar="FACE",
+        help=f"write a posed face, {', '.join(FACES)}",
     )
     export.add_argument(
-        "--expression", metavar="FILE.json", help="start from an expression saved in Blender"
+        "--expression",
+        type=file_name,
+        metavar="FILE.json",
+        help="start from an expression saved in Blender",
     )
     export.add_argument(
         "--au",
@@ -197,7 +217,7 @@ def _sheet(options: argparse.Namespace) -> int:
         )
     with Outputs() as outputs:
         sheet.paletted(picture).save(outputs.beside(options.sheet), format="PNG", optimize=True)
-    print(f"written        {options.sheet} ({picture.shape[1]} x {picture.shape[0]} pixels)")
+    remark(f"written        {options.sheet} ({picture.shape[1]} x {picture.shape[0]} pixels)")
     return 0
 
 
@@ -232,7 +252,7 @@ def _export(options: argparse.Namespace) -> int:
             keys=options.keys,
             progress=bar,
         )
-    print(f"written        {face}")
+    remark(f"written        {face}")
     return 0
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import math
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,10 @@ def read(path: str | Path) -> FaceParameters:
     """The expression in a file; ValueError with one sentence that names the file."""
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST:
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise ValueError("this is not an expression file: it is no file at all")
+        if about.st_size > LARGEST:
             raise ValueError("this is not an expression file: it is far too large")
         return loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:

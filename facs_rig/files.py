@@ -262,7 +262,7 @@ def _state(path: Path) -> os.stat_result | None:
 
 # --- what is said ---------------------------------------------------------------------------------
 
-_REASONS = {
+REASONS = {
     errno.ENOSPC: "the disk is full; make room or choose another one",
     errno.EDQUOT: "your share of the disk is full; make room or choose another one",
     errno.EFBIG: "the file would be larger than is allowed here",
@@ -280,7 +280,7 @@ _REASONS = {
 def reason_of(error: BaseException) -> str:
     """What an OSError is about and what helps, as half a sentence without a full stop."""
     if isinstance(error, OSError):
-        said = _REASONS.get(error.errno or 0, (error.strerror or "it is out of reach").lower())
+        said = REASONS.get(error.errno or 0, (error.strerror or "it is out of reach").lower())
     else:
         said = "a name cannot hold such characters"  # pathlib's ValueError for a zero byte
     return said
