@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
-from skimage.filters import threshold_otsu
-from skimage.morphology import skeletonize
-from skimage.transform import resize
 
 from dataset_gen import draw_strokes
 from facs_rig import Camera, FaceRig
-from snakes import Lines, SurfaceLines
+from snakes import HEAD, Lines, SurfaceLines, unmatched_lines
 
+INNER = ("suggestive", "valley")  # kinds of lines that one drawing shows and another does not
+EVERY = ("contour", *INNER)
+SPACING = 0.008  # of the head's height, between the points of lines that are fitted
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
 LAYERS = ("brow", "iris", "lip")  # what is painted on a face that is measured
 Box = tuple[float, float, float, float]
@@ -46,6 +48,10 @@ def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
     size = np.array([max(bottom - top, 2), max(right - left, 2)])
     cell = max(1.0, size[0] / HEIGHT)
     h, w = np.ceil(size / cell).astype(int)
+    from skimage.filters import threshold_otsu
+    from skimage.morphology import skeletonize
+    from skimage.transform import resize
+
     page = np.ones(size, dtype=np.float32)
     y0, x0 = max(top, 0), max(left, 0)
     part = drawing[y0 : max(bottom, 0), x0 : max(right, 0)]
@@ -116,3 +122,62 @@ def face_lines(
     starts = np.cumsum([0, *(len(line[0]) for line in found)])
     kinds_of = np.array([line[4] for line in found], dtype=str)
     return SurfaceLines(Lines(points, along), starts, triangle, weights, kinds_of)
+
+
+def contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
+    """The lines that nearly every drawing has: outlines, brows, irises, lips."""
+    step = max(SPACING * HEAD * camera.scale[0], 1.0)
+    return face_lines(rig, posed, camera, kinds=("contour",), step=step)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A fitted face held against its sketch: worked out when it is asked for, once.
+
+    drawing : (h, w), 1 is paper      drawn : its lines
+    box, reach : as for `ruler`
+    fitted : (n, 3) metres, the fitted face, and `camera`, that of the drawing
+    template : (n, 3), the face before anything was read from the drawing, and its own camera
+    before : lines of the face as it does what was read, before its skin was moved
+    seconds : what was worked out -> how long it took
+    """
+
+    drawing: NDArray
+    drawn: Lines
+    box: Box
+    reach: float
+    rig: FaceRig
+    fitted: NDArray
+    camera: Camera
+    template: tuple[NDArray, Camera]
+    before: Lines
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """template, expression, fitted -> `contour_error`, pixels of the drawing."""
+        after = self._lines.without(INNER)
+        start = perf_counter()
+        measured = ruler(self.drawing, self.box, self.reach)
+        template = contours(self.rig, *self.template).lines
+        lines = {"template": template, "expression": self.before, "fitted": after}
+        found = {name: contour_error(measured, line.points) for name, line in lines.items()}
+        self.seconds["errors"] = perf_counter() - start
+        return found
+
+    @cached_property
+    def unmatched(self) -> list[NDArray[np.float64]]:
+        """What of the drawing has no place on the face; (k, 2) pixels of the drawing each."""
+        lines = self._lines.lines
+        start = perf_counter()
+        found = unmatched_lines(self.drawn, lines, self.camera)
+        self.seconds["unmatched"] = perf_counter() - start
+        return found
+
+    @cached_property
+    def _lines(self) -> SurfaceLines:
+        """All lines of the fitted face, as many kinds as can be drawn."""
+        start = perf_counter()
+        found = face_lines(self.rig, self.fitted, self.camera, kinds=EVERY, detail=2)
+        self.seconds["lines"] = perf_counter() - start
+        return found

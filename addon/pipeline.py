@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
-from addon.measure import contour_error, face_lines, ruler
+from addon.measure import Comparison, contours
 from addon.placement import camera_for, check_pins, head_in, pins_in, within_room
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES, CLOSE
@@ -38,34 +38,27 @@ from facs_rig.files import Outputs
 from facs_rig.parameters import nearest
 from snakes import (
     DEEPEST,
-    HEAD,
     PROFILES,
     WIDEST,
     WORKING_SIZE,
     Evidence,
     Lines,
-    SurfaceLines,
     Tweakables,
     carvable,
     centre_lines,
     engrave,
     fit_lines,
-    fit_offsets,
     head_box,
-    unmatched_lines,
 )
 
 Progress = Callable[[int, int], None]
 Shaped = Callable[[FaceParameters, NDArray[np.float32]], None]
-STAGES = ("read", "detect", "align", "fit", "measure", "carve")
+STAGES = ("read", "detect", "align", "fit", "carve")
 METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
 UNMATCHED = ("ignore", "engrave", "emboss")
 # A drawing that the detector believes to be a face with less than this is refused.
 LEAST_FACE = 0.5
-INNER = ("suggestive", "valley")  # kinds of lines that one drawing shows and another does not
-EVERY = ("contour", *INNER)
-SPACING = 0.008  # of the head's height, between the points of lines that are fitted
 
 
 @dataclass(frozen=True)
@@ -134,7 +127,7 @@ class FaceFit:
     parameters : expression and head as detected and fitted, controls as settled, fitted identity
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
     drawn : the middle of every stroke within the head's box
-    contour_error_px, unmatched : in pixels of the sketch as it was handed in
+    compared : the face held against the sketch, before strokes were carved into it
     """
 
     drawing: Drawing
@@ -145,9 +138,27 @@ class FaceFit:
     vertices: NDArray[np.float32]
     camera: Camera
     drawn: Lines
-    contour_error_px: dict[str, float]
-    unmatched: list[NDArray[np.float64]]
-    timings_s: dict[str, float]
+    compared: Comparison
+    stages_s: dict[str, float]
+
+    @property
+    def contour_error_px(self) -> dict[str, float]:
+        """template, expression, fitted -> mean distance to the sketch's lines, in its pixels as it
+        was handed in. Worked out when it is first asked for, as `unmatched` is."""
+        scale = float(np.mean(self.drawing.scale))
+        return {name: scale * error for name, error in self.compared.errors.items()}
+
+    @property
+    def unmatched(self) -> list[NDArray[np.float64]]:
+        """Lines of the sketch (k, 2) that nothing on the face answers to, in its pixels."""
+        return [self.drawing.to_input(line) for line in self.compared.unmatched]
+
+    @property
+    def timings_s(self) -> dict[str, float]:
+        """Seconds of each stage so far; `measure` is what has been asked for of the two above."""
+        measured = sum(self.compared.seconds.values())
+        stages = {**self.stages_s, "measure": measured}
+        return {**stages, "total": sum(stages.values())}
 
 
 def fit(
@@ -160,8 +171,8 @@ def fit(
     """Fit the face to a sketch: a file, a loaded Drawing, or a picture (h, w) or (h, w, 3 or 4).
 
     `progress(done, total)` is called after each stage. detector : None is `load_detector()`.
-    `shaped(parameters, offsets)` is called once these are final, which is before all that is said
-    of them is known: a face can be built in the meantime.
+    `shaped(parameters, offsets)` is called once these are final: a face can be built in the
+    meantime. What is only said about a fit is worked out when it is asked for.
     Raises SketchError, one sentence, for whatever cannot be read or shows no face, and ValueError
     for an unusable alignment.
     """
@@ -186,16 +197,17 @@ def fit(
     )
     pins = pins_in(drawing, options.pins)
     camera = place(expression)
-    box = head_box(rig.pose(template), place(template))
-    reach = options.tweakables.max_delta * (box[3] - box[1]) / WORKING_SIZE[1]
-    measured = ruler(drawing.image, box, reach)
+    plain = rig.pose(template), place(template)
+    box = head_box(*plain)
     clock.done("align")
 
     if options.method == "thesis":
+        from snakes import fit_offsets  # with more of scipy than the other methods need
+
         parameters = expression
         stage = fit_offsets(drawing.image, rig, parameters, camera, options.tweakables)
         offsets, drawn = stage.offsets, centre_lines(drawing.image, stage.box)
-        before = _contours(rig, rig.pose(parameters), camera)
+        before = contours(rig, rig.pose(parameters), camera)
     else:
         sure = detection.face_probability >= LEAST_FACE
         evidence = replace(
@@ -209,7 +221,7 @@ def fit(
             expression,
             camera,
             evidence,
-            within_room(partial(_contours, rig), camera, options.pins),
+            within_room(partial(contours, rig), camera, options.pins),
             options.tweakables,
             pull=options.method != "shape",
         )
@@ -222,18 +234,21 @@ def fit(
         shaped(parameters, offsets)
     clock.done("fit")
 
-    after = face_lines(rig, vertices, camera, kinds=EVERY, detail=2)
-    unmatched = unmatched_lines(drawn, after.lines, camera)
-    lines = {
-        "template": _contours(rig, rig.pose(template), place(template)).lines,
-        "expression": before.lines,
-        "fitted": after.without(INNER),
-    }
-    errors = {name: contour_error(measured, some.points) for name, some in lines.items()}
-    clock.done("measure")
-
+    compared = Comparison(
+        drawing=drawing.image,
+        drawn=drawn,
+        box=box,
+        reach=options.tweakables.max_delta * (box[3] - box[1]) / WORKING_SIZE[1],
+        rig=rig,
+        fitted=vertices,
+        camera=camera,
+        template=plain,
+        before=before.lines,
+    )
     if options.strokes != "ignore":
-        strokes = carvable(unmatched, rig, vertices, camera)
+        lost = compared.unmatched
+        clock.leave_out()
+        strokes = carvable(lost, rig, vertices, camera)
         depth = options.stroke_depth / 1000 * (1 if options.strokes == "engrave" else -1)
         width, profile = options.stroke_width / 1000, options.stroke_profile
         offsets = engrave(rig, parameters, offsets, camera, strokes, depth, width, profile)
@@ -241,7 +256,6 @@ def fit(
         if shaped:
             shaped(parameters, offsets)
     clock.done("carve")
-    scale = float(np.mean(drawing.scale))
     return FaceFit(
         drawing=drawing,
         detection=detection,
@@ -251,9 +265,8 @@ def fit(
         vertices=vertices,
         camera=camera,
         drawn=drawn,
-        contour_error_px={name: scale * e for name, e in errors.items()},
-        unmatched=[drawing.to_input(line) for line in unmatched],
-        timings_s=clock.timings(),
+        compared=compared,
+        stages_s=clock.laps,
     )
 
 
@@ -293,7 +306,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
             {"polyline": line.tolist(), "length_px": float(_length(line))}
             for line in face.unmatched
         ],
-        "timings_s": face.timings_s,
+        "timings_s": face.timings_s,  # the last, when all has been measured
     }
 
 
@@ -337,12 +350,6 @@ def _worn(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:
     return FaceParameters({name: float(v) for name, v in aus.items() if v}, {}, detection.head)
 
 
-def _contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
-    """The lines that nearly every drawing has: outlines, brows, irises, lips."""
-    step = max(SPACING * HEAD * camera.scale[0], 1.0)
-    return face_lines(rig, posed, camera, kinds=("contour",), step=step)
-
-
 def _evidence(detection: Detection) -> Evidence:
     """What the detector saw, for the fit. A landmark's distance is distributed exponentially."""
     height = np.ptp([v for _, v in detection.landmarks.values()])
@@ -366,14 +373,15 @@ class _Stages:
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
-        self._laps: dict[str, float] = {}
-        self._start = self._last = time.perf_counter()
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def leave_out(self) -> None:
+        """Do not count what was done since the last stage: its time is known already."""
+        self._last = time.perf_counter()
 
     def done(self, stage: str) -> None:
         now = time.perf_counter()
-        self._laps[stage], self._last = now - self._last, now
+        self.laps[stage], self._last = now - self._last, now
         if self._progress:
-            self._progress(len(self._laps), len(STAGES))
-
-    def timings(self) -> dict[str, float]:
-        return {**self._laps, "total": time.perf_counter() - self._start}
+            self._progress(len(self.laps), len(STAGES))

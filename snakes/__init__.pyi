@@ -1,6 +1,7 @@
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
+from .contours import head_box
 from .engraving import engrave
-from .fit import Fit, fit_offsets, head_box
+from .fit import Fit, fit_offsets
 from .line_fit import LineFit, fit_lines, unmatched_lines
 from .lines import Lines, SurfaceLines, centre_lines, polylines
 from .shape import HEAD, Evidence

@@ -18,9 +18,18 @@ from skimage.filters import threshold_otsu
 from skimage.measure import find_contours, perimeter
 from skimage.morphology import closing, thin
 
+from facs_rig import Camera
+
 from .tweakables import WORKING_SIZE
 
-__all__ = ["binarise", "crop_resized", "cut_at_corners", "find_lines", "working_drawing"]
+__all__ = [
+    "binarise",
+    "crop_resized",
+    "cut_at_corners",
+    "find_lines",
+    "head_box",
+    "working_drawing",
+]
 
 SHORTEST = 6.0
 """Loops shorter than this many pixels go round a speck, not round a line."""
@@ -29,7 +38,25 @@ CORNER_REACH = 3
 CORNER_COSINE = -0.2
 """Cosine of the turn from which on it is a corner (a little more than a right angle)."""
 
+MARGIN = 0.06
+"""Room around the projected face, as a fraction of its width and height."""
+
 Box = tuple[float, float, float, float]
+
+
+def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
+    """The crop: the box around the projected face (n, 3) and some room, in the camera's pixels.
+
+    Raises ValueError when the face is outside the camera's picture.
+    """
+    pixels = camera.project(posed)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    if (high < 0).any() or low[0] > camera.width or low[1] > camera.height:
+        raise ValueError("The face is outside the sketch; check the alignment.")
+    room = MARGIN * (high - low)
+    left, top = low - room
+    right, bottom = high + room
+    return float(left), float(top), float(right), float(bottom)
 
 
 def working_drawing(

@@ -4,29 +4,25 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceParameters, FaceRig
 
 from .active import FEWEST, relax
-from .contours import Box, cut_at_corners, find_lines, working_drawing
+from .contours import Box, cut_at_corners, find_lines, head_box, working_drawing
 from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
 from .mapping import pixels_to_vertices, world_moves
-from .offsets import merge_handles, proportional_edit, reach_of, smoothing_matrix, symmetrise
-from .parts import carry_parts, even_skull
+from .offsets import merge_handles, proportional_edit, reach_of, symmetrise
+from .parts import carry_parts, even_skull, skin_smoother, skin_triangles
 from .render import Render, expression_render
 from .tweakables import WORKING_SIZE, Tweakables
 
-__all__ = ["Fit", "fit_offsets", "head_box"]
+__all__ = ["Fit", "fit_offsets"]
 
-MARGIN = 0.06
-"""Room around the projected face, as a fraction of its width and height."""
 DEPTH = 4.0
 """How many times farther than sideways a movement reaches along the line of sight.
 
@@ -146,21 +142,6 @@ def fit_offsets(
     )
 
 
-def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
-    """The crop: the box around the projected face (n, 3) and some room, in the camera's pixels.
-
-    Raises ValueError when the face is outside the camera's picture.
-    """
-    pixels = camera.project(posed)
-    low, high = pixels.min(axis=0), pixels.max(axis=0)
-    if (high < 0).any() or low[0] > camera.width or low[1] > camera.height:
-        raise ValueError("The face is outside the sketch; check the alignment.")
-    room = MARGIN * (high - low)
-    left, top = low - room
-    right, bottom = high + room
-    return float(left), float(top), float(right), float(bottom)
-
-
 def _near_face(
     lines: list[NDArray[np.float64]], covered: NDArray[np.bool_], settings: Tweakables
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
@@ -260,7 +241,7 @@ def _apply(
     place[skin] = np.arange(len(skin))
     flattened = posed[skin] * np.array([1.0, 1.0, 1.0 / DEPTH])
     smoother = skin_smoother(rig)
-    surface = _skin_triangles(rig) if settings.soft_select_connected else None
+    surface = skin_triangles(rig) if settings.soft_select_connected else None
     offsets, weights = np.zeros((len(posed), 3)), np.zeros(len(posed))
     for _ in range(PASSES if len(handles) else 0):
         left = mean - offsets[handles]
@@ -280,20 +261,6 @@ def _apply(
     if settings.mirror:
         offsets = symmetrise(offsets, rig.mirror, np.minimum(weights, 1.0))
     return carry_parts(rig, rig.shape(parameters), offsets)
-
-
-@lru_cache(maxsize=2)
-def _skin_triangles(rig: FaceRig) -> NDArray[np.intp]:
-    """The triangles of the skin, which number its vertices alone."""
-    skin = rig.parts["skin"]
-    place = np.cumsum(skin) - 1
-    return place[rig.triangles[skin[rig.triangles].all(axis=1)]]
-
-
-@lru_cache(maxsize=2)
-def skin_smoother(rig: FaceRig) -> csr_matrix:
-    """The smoothing matrix of the skin vertices alone."""
-    return smoothing_matrix(_skin_triangles(rig), int(rig.parts["skin"].sum()))
 
 
 class _Clock:

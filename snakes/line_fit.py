@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
 
+from .contours import head_box
 from .deltas import runs
-from .fit import head_box, skin_smoother
 from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths, spacing
 from .offsets import symmetrise
-from .parts import unfold
+from .parts import skin_smoother, unfold
 from .pull import pull_skin
 from .shape import HEAD, Evidence, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables

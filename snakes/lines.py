@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
-from skimage.measure import approximate_polygon
 from skimage.morphology import skeletonize
 
 from facs_rig import Camera
@@ -143,7 +142,27 @@ def polylines(lines: Lines, tolerance: float = 0.5) -> list[NDArray[np.float64]]
     Douglas & Peucker 1973, "Algorithms for the reduction of the number of points".
     """
     ordered = paths(lines.points, 1.6 * spacing(lines.points))
-    return [approximate_polygon(lines.points[path], tolerance) for path in ordered]
+    return [few_cornered(lines.points[path], tolerance) for path in ordered]
+
+
+def few_cornered(line: NDArray[np.floating], tolerance: float) -> NDArray[np.float64]:
+    """The points of a polyline (k, 2) that are enough to stay within `tolerance` of all."""
+    kept = np.zeros(len(line), dtype=bool)
+    kept[[0, -1]] = True
+    open_ = [(0, len(line) - 1)]
+    while open_:
+        first, last = open_.pop()
+        if last - first < 2:
+            continue
+        chord, inner = line[last] - line[first], line[first + 1 : last] - line[first]
+        along = np.clip(inner @ chord / max(chord @ chord, 1e-12), 0.0, 1.0)
+        away = np.linalg.norm(inner - along[:, None] * chord, axis=1)
+        farthest = int(away.argmax())
+        if away[farthest] > tolerance:
+            corner = first + 1 + farthest
+            kept[corner] = True
+            open_ += [(first, corner), (corner, last)]
+    return line[kept]
 
 
 def spacing(points: NDArray[np.floating]) -> float:

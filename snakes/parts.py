@@ -13,7 +13,11 @@ from scipy.spatial import cKDTree
 from facs_rig import LANDMARKS, FaceRig
 from facs_rig.anatomy import HAIR_PARTS
 
-__all__ = ["carry_parts", "even_skull", "keep_lids_on_eyes", "unfold"]
+from .offsets import smoothing_matrix
+
+__all__ = [
+    "carry_parts", "even_skull", "keep_lids_on_eyes", "skin_smoother", "skin_triangles", "unfold",
+]  # fmt: skip
 
 LID_SHARE = 0.3
 """Skin within this fraction of an eyeball's radius from its surface belongs to its lids."""
@@ -164,3 +168,17 @@ def eyeballs(rig: FaceRig) -> list[NDArray[np.intp]]:
     side = rig.neutral()[:, 0] > 0
     found = [np.flatnonzero(eyes & side), np.flatnonzero(eyes & ~side)]
     return [eye for eye in found if len(eye)]
+
+
+@lru_cache(maxsize=2)
+def skin_triangles(rig: FaceRig) -> NDArray[np.intp]:
+    """The triangles of the skin, which number its vertices alone."""
+    skin = rig.parts["skin"]
+    place = np.cumsum(skin) - 1
+    return place[rig.triangles[skin[rig.triangles].all(axis=1)]]
+
+
+@lru_cache(maxsize=2)
+def skin_smoother(rig: FaceRig) -> csr_matrix:
+    """The smoothing matrix of the skin vertices alone."""
+    return smoothing_matrix(skin_triangles(rig), int(rig.parts["skin"].sum()))

@@ -18,8 +18,8 @@ from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceRig
 
+from .contours import head_box
 from .deltas import on_line
-from .fit import head_box
 from .mapping import pixels_to_skin
 from .render import expression_render
 from .tweakables import WORKING_SIZE

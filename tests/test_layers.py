@@ -162,3 +162,19 @@ def test_the_detector_runs_without_torch():
     result = run_blocked(TRAINING | BLENDER, code)
     assert result.returncode == 0, result.stderr
     assert int(result.stdout) >= 12
+
+
+def test_a_fit_does_without_what_is_slow_to_load(tmp_path):
+    """The command is started once a face: these would double the wait for it."""
+    files = (str(tmp_path / name) for name in ("face.glb", "face.json", "face.png"))
+    arguments = ["fit", "addon/sketches/smiling_woman.png"]
+    for option, file in zip(("-o", "--report", "--preview"), files, strict=True):
+        arguments += [option, file]
+    slow = {"scipy.signal", "scipy.stats", "scipy.interpolate", "scipy.optimize"}
+    result = run_blocked(
+        BLENDER | TRAINING | {"trimesh"},
+        f"from addon.cli import main\nassert main({arguments!r}) == 0\n"
+        f"assert not {slow!r} & set(sys.modules), set(sys.modules) & {slow!r}\n",
+    )
+    assert result.returncode == 0, result.stderr
+    assert len(list(tmp_path.iterdir())) == 3

@@ -76,6 +76,7 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             options = pipeline.FitOptions(**values, pins=pins)
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
+            _ = fit.contour_error_px, fit.unmatched  # here, where nobody waits for them
             drawn = [drawing.to_input(line) for line in polylines(fit.drawn)]
             return Found(fit, source.mark, to_places, drawn, options.strokes)
         finally:

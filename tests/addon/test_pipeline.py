@@ -70,10 +70,29 @@ def test_the_report_is_what_the_contract_says(fits):
     assert set(said["head"]) == {"yaw", "pitch", "roll"}
     assert set(said["contour_error_px"]) == {"template", "expression", "fitted"}
     assert said["projection"][2] == [0, 0, 0, 1]
-    assert sum(said["timings_s"][s] for s in pipeline.STAGES) <= said["timings_s"]["total"]
+    stages = dict(said["timings_s"])
+    total = stages.pop("total")
+    assert set(stages) == {*pipeline.STAGES, "measure"}
+    assert stages["measure"] > 0 and total == pytest.approx(sum(stages.values()))
     for line in said["unmatched"]:
         steps = np.diff(np.array(line["polyline"]), axis=0)
         assert line["length_px"] == pytest.approx(np.linalg.norm(steps, axis=1).sum())
+
+
+@pytest.mark.parametrize("strokes", ["ignore", "engrave"])
+def test_what_is_only_said_of_a_fit_is_worked_out_when_it_is_asked_for(monkeypatch, strokes):
+    picture, _ = scarred([((1.8, 0.4), (4.2, -3.4))])
+    face = fit(picture, FitOptions(strokes=strokes))
+    asked = face.timings_s["measure"]
+    assert (asked > 0) == (strokes == "engrave")  # what has no place is carved
+    lost = face.unmatched
+    assert lost and face.timings_s["measure"] >= asked
+    error = face.contour_error_px
+    known = face.timings_s
+    assert known["measure"] > asked
+    monkeypatch.setattr("addon.measure.draw_strokes", None)  # and only once
+    assert face.contour_error_px == error and len(face.unmatched) == len(lost)
+    assert face.timings_s == known
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".obj"])

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from skimage.measure import approximate_polygon
 
-from snakes.lines import Lines, centre_lines, directions, nearest_lines, paths, spacing
+from snakes.lines import (
+    Lines,
+    centre_lines,
+    directions,
+    few_cornered,
+    nearest_lines,
+    paths,
+    spacing,
+)
 
 
 def circle(radius, n=200, centre=(0.0, 0.0)):
@@ -91,3 +100,18 @@ def test_paths_follow_lines_from_end_to_end_and_stop_at_crossings():
         steps = np.linalg.norm(np.diff(points[order][path], axis=0), axis=1)
         assert steps.max() < 1.3
         assert len(np.unique(path)) == len(path)
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.5, 3.0])
+def test_few_corners_are_those_of_scikit_image(rng_lines, tolerance):
+    for line in rng_lines:
+        wanted = approximate_polygon(line, tolerance)
+        np.testing.assert_array_equal(few_cornered(line, tolerance), wanted)
+
+
+@pytest.fixture
+def rng_lines():
+    """Walks on the grid, as the middle of strokes is, and a straight line."""
+    rng = np.random.default_rng(0)
+    walks = [np.cumsum(rng.integers(-1, 2, (n, 2)), axis=0).astype(float) for n in (2, 3, 40, 300)]
+    return [*walks, np.stack([np.arange(9.0), 2 * np.arange(9.0)], axis=1)]
