@@ -15,6 +15,7 @@ from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import FaceRig, landmark_points
 
 EYE_MAP = "Eyes"  # UV map: 1 is the rim of the iris, 0 the middle of the pupil
+SKIN_NODE = "Skin"  # label of the node with the colour that the tints are multiplied with
 TINT = "Tint"  # attribute of the vertices: what the skin's colour is multiplied by
 _EYES = ("eyes", "iris", "pupil")
 _TINTED = ("skin", "lips", "brow_skin")
@@ -172,7 +173,7 @@ def _material(part: str, pupil: float, made: list[bpy.types.ID]) -> bpy.types.Ma
 def _tint_skin(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
     """Colour = skin (a node of its own, to be changed) times the tint of the vertices."""
     plain = tree.nodes.new("ShaderNodeRGB")
-    plain.label, plain.location = "Skin", (-600, 300)
+    plain.label, plain.location = SKIN_NODE, (-600, 300)
     plain.outputs[0].default_value = MATERIALS["skin"][0]
     tint = tree.nodes.new("ShaderNodeAttribute")
     tint.attribute_name, tint.location = TINT, (-600, 80)

@@ -102,6 +102,8 @@ _MODULES = (
     live,
 )
 
+glTF2_pre_export_callback = export_operators.before_gltf  # noqa: N816  (Blender's name for it)
+
 
 def register() -> None:
     """Add the tab and its operators to Blender: each module's classes, then what else it needs."""

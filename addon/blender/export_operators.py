@@ -1,25 +1,32 @@
 """The buttons that keep a face: for other programs, or for other files of Blender."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from facs_rig.blender_pose import armature_of, check_face, pose_of
-from facs_rig.blender_reshape import fitted_offsets
+from facs_rig import load_rig
+from facs_rig.blender_files import not_moving, span_of, write_moving, write_shown_fbx
+from facs_rig.blender_pose import armature_of, check_face, is_face, show_keys_to_exporters
+from facs_rig.blender_shape import left_out, moves, shown
+from facs_rig.blender_twin import shown_with
+from facs_rig.files import Outputs
 
 from . import faces, preferences, translation
 from .reporting import say
-from .work import InSlices, away
+from .work import InSlices, Steps, Tick, away, within
 
 FORMATS = (
     (".glb", "glTF (.glb)", "The posed face with a morph target for every action"),
+    (".fbx", "FBX (.fbx)", "The posed face with a shape key for every action"),
     (".obj", "Wavefront (.obj)", "The posed face in quads, for sculpting programs"),
     (".ply", "Stanford (.ply)", "The posed face, coloured"),
     (".blend", "Blender (.blend)", "The face with sliders and bones, to append to other files"),
 )
+MORPHING = (".glb", ".fbx")  # these can hold morph targets and animations
 
 
 class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportHelper):
@@ -42,11 +49,18 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         ),
         "names": EnumProperty(
             name="Morph Targets",
-            description="What the actions are called in a glTF file",
+            description="What the actions are called in the file",
             items=[
                 ("ours", "Sketch to Face", "The 47 controls of this add-on"),
                 ("arkit", "ARKit", "The 52 names that live-capture tools know"),
             ],
+        ),
+        "animation": BoolProperty(
+            name="Animation",
+            description="Write a face with keyframes as it moves, its bones and shape keys at "
+            "every frame, instead of as it is now",
+            default=True,
+            options={"SKIP_SAVE"},
         ),
     }
 
@@ -60,7 +74,12 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
         """The format, and the names where they count."""
         column = self.layout.column()
         column.prop(self, "format")
-        if self.format == ".glb":
+        if self.format not in MORPHING:
+            return
+        moves = span_of(faces.active_face(context)) is not None
+        if moves:
+            column.prop(self, "animation")
+        if not (moves and self.animation):
             column.prop(self, "names")
 
     def invoke(self, context, event):
@@ -82,14 +101,24 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
                     "There is no folder '{folder}'; choose one that is there.", folder=path.parent
                 )
             )
-        if path.suffix.lower() == ".blend":
-            armature = armature_of(face)
-            blocks = {face, armature} if armature else {face}
-            bpy.data.libraries.write(str(path), blocks, fake_user=True)
+        ending, lost = path.suffix.lower(), []
+        if ending == ".blend":
+            _write_blend(path, face)
+        elif ending in MORPHING and self.animation and span_of(face) is not None:
+            with Outputs() as outputs:
+                write_moving(outputs.beside(path), face)
+            lost = not_moving(face)
         else:
-            doing = translation.text("writing {name}", name=path.name)
-            yield from away(_writer(path, face, self.names), doing)
-        say(self, "INFO", "Saved {name}", name=path.name)
+            yield from _write_shown(path, face, self.names)
+            lost = left_out(face)
+        if lost:
+            names = ", ".join(translation.label(name) for name in lost)
+            say(self, "WARNING", "Saved {name}; left out: {lost}", name=path.name, lost=names)
+        elif ending == ".blend" and shown_with(face):
+            say(self, "WARNING", "Saved {name}; with '{mover}', whose sliders move this face",
+                name=path.name, mover=shown_with(face))  # fmt: skip
+        else:
+            say(self, "INFO", "Saved {name}", name=path.name)
         return {"FINISHED"}
 
 
@@ -120,20 +149,43 @@ def _named(filepath: str) -> str:
     return path
 
 
-def _writer(path: Path, face: bpy.types.Object, names: str):
-    """A function, for a thread, that writes a face as it is now."""
-    parameters, offsets = pose_of(face), fitted_offsets(face)
-    fitted = face.data.shape_keys.key_blocks.get("Fitted")
-    if offsets is not None and fitted is not None:
-        offsets = offsets * fitted.value
+def _write_blend(path: Path, face: bpy.types.Object) -> None:
+    """The objects themselves, for File > Append."""
+    face.update_from_editmode()
+    armature = armature_of(face)
+    blocks = {face, armature} if armature else {face}
+    with Outputs() as outputs:
+        bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True)
 
-    def write(progress):
-        from addon.export import write_mesh
-        from facs_rig import load_rig
 
-        write_mesh(path, load_rig(), parameters, offsets, names=names, progress=progress)
+def _write_shown(path: Path, face: bpy.types.Object, names: str) -> Steps:
+    """The face as it is shown now: read from Blender, then written in a thread."""
+    rig = load_rig()
+    shape = shown(face, rig)
+    reading = translation.text("reading the face")
+    if path.suffix.lower() in MORPHING:
+        found = yield from within(moves(face, rig, shape, names), reading, 0.0, 0.8, 50)
+        shape = replace(shape, moves=found)
+    doing = translation.text("writing {name}", name=path.name)
 
-    return write
+    def write(_progress) -> None:
+        from addon.export import write_shape
+
+        write_shape(path, shape)
+
+    if path.suffix.lower() != ".fbx":
+        yield from away(write, doing, 0.8)
+        return
+    yield Tick(doing, 0.8)
+    with Outputs() as outputs:
+        write_shown_fbx(outputs.beside(path), path.stem, face, shape)
+
+
+def before_gltf(_settings) -> None:
+    """Blender's glTF exporter calls this of add-ons that are on: keyed sliders are shown to it."""
+    for face in bpy.data.objects:
+        if is_face(face) and face.library is None:
+            show_keys_to_exporters(face)
 
 
 CLASSES = (SKETCHTOFACE_OT_export,)

@@ -511,6 +511,10 @@ OPTIONS = {
     "The posed face with a morph target for every action": (
         "Das posierte Gesicht mit einem Morph Target für jede Aktion"
     ),
+    "FBX (.fbx)": "FBX (.fbx)",
+    "The posed face with a shape key for every action": (
+        "Das posierte Gesicht mit einem Shape Key für jede Aktion"
+    ),
     "Wavefront (.obj)": "Wavefront (.obj)",
     "The posed face in quads, for sculpting programs": (
         "Das posierte Gesicht in Vierecken, für Sculpting-Programme"
@@ -522,7 +526,21 @@ OPTIONS = {
         "Das Gesicht mit Reglern und Knochen, zum Anhängen an andere Dateien"
     ),
     "Morph Targets": "Morph Targets",
-    "What the actions are called in a glTF file": "Wie die Aktionen in einer glTF-Datei heißen",
+    "What the actions are called in the file": "Wie die Aktionen in der Datei heißen",
+    "Animation": "Animation",
+    "Write a face with keyframes as it moves, its bones and shape keys at every frame, instead of "
+    "as it is now": (
+        "Ein Gesicht mit Keyframes schreiben, wie es sich bewegt, Knochen und Shape Keys an "
+        "jedem Frame, statt so, wie es jetzt ist"
+    ),
+    "Saved {name}; left out: {lost}": "{name} gespeichert; nicht dabei: {lost}",
+    "Saved {name}; with '{mover}', whose sliders move this face": (
+        "{name} gespeichert; dabei ist '{mover}', dessen Regler dieses Gesicht bewegen"
+    ),
+    "reading the face": "das Gesicht wird gelesen",
+    "Shade Flat": "Flach schattieren",
+    "Color Attributes": "Farbattribute",
+    "Image Texture": "Bildtextur",
     "ARKit": "ARKit",
     "The 47 controls of this add-on": "Die 47 Regler dieses Add-ons",
     "The 52 names that live-capture tools know": (

@@ -1,0 +1,174 @@
+"""Faces that share their data: whose sliders move the keys, and copies that stand alone.
+
+Blender's linked duplicate (Alt-D) shares mesh and shape keys with its original, and with them the
+drivers, which read the sliders of the original; its own move nothing. The same is left where a
+copy of the data was made by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import bpy
+
+from facs_rig.blender_keys import GAZE
+from facs_rig.blender_pose import MARK, armature_of, is_face, refresh
+from facs_rig.controls import CONTROL_NAMES
+from facs_rig.keys import PROPERTIES
+
+SLIDERS = (*CONTROL_NAMES, *PROPERTIES)
+
+
+def mover_of(face: bpy.types.Object) -> bpy.types.Object:
+    """The object whose sliders move the keys of `face`: itself, unless it shares or copied them.
+
+    Itself, too, where no key is driven at all.
+    """
+    keys = face.data.shape_keys
+    if keys is None or keys.animation_data is None:
+        return face
+    found = None
+    for curve in keys.animation_data.drivers:
+        for target in _targets(curve):
+            if target.id == face:
+                return face
+            if found is None and isinstance(target.id, bpy.types.Object) and is_face(target.id):
+                found = target.id
+    return found or face
+
+
+def shown_with(face: bpy.types.Object) -> str:
+    """Name of the other face whose sliders move this one; empty if its own do."""
+    mover = mover_of(face)
+    return "" if mover == face else mover.name
+
+
+def stand_alone(face: bpy.types.Object) -> None:
+    """Give a face keys of its own that follow its own sliders; what it shows stays.
+
+    Its armature, too, if that also carries another face.
+    """
+    mover = mover_of(face)
+    ids: dict[bpy.types.ID, bpy.types.ID] = {mover: face}
+    for name in SLIDERS:
+        if name in mover:
+            face[name] = mover[name]
+    if face.data.users > 1:
+        old = face.data
+        face.data = old.copy()
+        ids[old.shape_keys] = face.data.shape_keys
+    armature = armature_of(face)
+    if armature is not None and _carries_another(armature, face):
+        twin = armature.copy()
+        for collection in face.users_collection:
+            collection.objects.link(twin)
+        ids[armature] = twin
+    _exchange(face, ids)
+    refresh(face)
+
+
+def twin_of(face: bpy.types.Object) -> tuple[bpy.types.Object, bpy.types.Object | None]:
+    """A copy of a face, and of its armature, that nothing but its own sliders and bones move.
+
+    It stands in the world where the face stands, does what that does, and is linked nowhere:
+    keyframes, and drivers and constraints of the artist's on its sliders, are left out.
+    """
+    mover = mover_of(face)
+    twin, old = face.copy(), face.data
+    twin.data = old.copy()
+    ids: dict[bpy.types.ID, bpy.types.ID] = {mover: twin, face: twin}
+    if old.shape_keys is not None:
+        ids[old.shape_keys] = twin.data.shape_keys
+    for name in SLIDERS:
+        if name in mover:
+            twin[name] = mover[name]
+    armature = armature_of(face)
+    bones = armature.copy() if armature is not None else None
+    if bones is not None:
+        ids[armature] = bones
+    _exchange(twin, ids)
+    pairs = (
+        [(twin, face)] if bones is None or armature is None else [(bones, armature), (twin, face)]
+    )
+    for thing, original in pairs:
+        _let_go(thing)
+        if thing.parent is None or thing.parent != bones:
+            there = original.matrix_world.copy()
+            thing.parent = None
+            thing.matrix_world = there
+    if twin.data.shape_keys is not None:
+        _still(twin.data.shape_keys)
+    if MARK in twin:
+        del twin[MARK]  # nobody shall take it for a face to work on
+    return twin, bones
+
+
+def discard(*things: bpy.types.Object | None) -> None:
+    """Remove the objects of `twin_of`, and the mesh that only they have."""
+    rest = [thing for thing in things if thing is not None]
+    meshes = [thing.data for thing in rest if thing.type == "MESH"]
+    bpy.data.batch_remove(rest)
+    for mesh in meshes:
+        if not mesh.users:
+            bpy.data.meshes.remove(mesh)  # one by one: before 4.0 a batch leaves the shape keys
+
+
+def _carries_another(armature: bpy.types.Object, face: bpy.types.Object) -> bool:
+    return any(
+        other != face and is_face(other) and armature_of(other) == armature
+        for other in bpy.data.objects
+    )
+
+
+def _exchange(face: bpy.types.Object, ids: Mapping[bpy.types.ID, bpy.types.ID]) -> None:
+    """Let what moves a face refer to what `ids` has instead: drivers, modifiers, constraints."""
+    armature = armature_of(face)
+    bones = ids.get(armature, armature)
+    for modifier in face.modifiers:
+        if modifier.type == "ARMATURE" and modifier.object in ids:
+            modifier.object = ids[modifier.object]
+    if face.parent in ids:
+        inverse = face.matrix_parent_inverse.copy()
+        face.parent = ids[face.parent]
+        face.matrix_parent_inverse = inverse
+    for bone in bones.pose.bones if bones is not None else ():
+        for constraint in bone.constraints:
+            if getattr(constraint, "target", None) in ids:
+                constraint.target = ids[constraint.target]
+    for thing in (face, face.data.shape_keys, bones):
+        for curve in _drivers(thing):
+            for target in _targets(curve):
+                if target.id in ids:
+                    target.id = ids[target.id]
+
+
+def _drivers(thing: bpy.types.ID | None):
+    data = thing.animation_data if thing is not None else None
+    return data.drivers if data is not None else ()
+
+
+def _targets(curve: bpy.types.FCurve) -> Iterator[bpy.types.DriverTarget]:
+    for variable in curve.driver.variables:
+        yield from variable.targets
+
+
+def _still(thing: bpy.types.ID) -> None:
+    """Nothing of it is keyframed any more; drivers stay."""
+    data = thing.animation_data
+    if data is None:
+        return
+    data.action = None
+    for track in list(data.nla_tracks):
+        data.nla_tracks.remove(track)
+
+
+def _let_go(thing: bpy.types.Object) -> None:
+    """Nothing but its own sliders moves an object or its bones any more."""
+    _still(thing)
+    for constraint in list(thing.constraints):
+        thing.constraints.remove(constraint)
+    for curve in list(_drivers(thing)):
+        path = curve.data_path
+        slider = path.startswith('["') and path[2:-2] in (*CONTROL_NAMES, *GAZE)
+        if slider or not path.startswith(('["', "pose.")):
+            thing.animation_data.drivers.remove(curve)
