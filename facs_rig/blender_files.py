@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from facs_rig.blender_armature import to_blender
 from facs_rig.blender_arrays import write_key, write_places
 from facs_rig.blender_keys import BASIS
-from facs_rig.blender_pose import animated_range, armature_of
+from facs_rig.blender_pose import animated_range, armature_of, mover_of
 from facs_rig.blender_shape import staged
-from facs_rig.blender_twin import discard, mover_of
+from facs_rig.blender_twin import discard
 from facs_rig.shape import Shape
 
 
@@ -79,7 +79,7 @@ def write_shown_fbx(path: Path, name: str, face: bpy.types.Object, shape: Shape)
 
 def span_of(face: bpy.types.Object) -> tuple[int, int] | None:
     """First and last frame that anything of a face is animated at; None if nothing is."""
-    mover = mover_of(face)
+    mover = mover_of(face) or face
     things = (face, mover, face.data.shape_keys, armature_of(face), armature_of(mover))
     spans = [span for thing in things if thing is not None and (span := animated_range(thing))]
     if not spans:

@@ -61,6 +61,7 @@ def _property(face, name: str, value: float, default: float, limits, description
         min=least, max=most, soft_min=first, soft_max=last, step=10.0, precision=2,
         default=default, description=description,
     )  # fmt: skip
+    face.property_overridable_library_set(f'["{name}"]', True)  # or an override forgets it
 
 
 def add_keys(

@@ -6,7 +6,8 @@ stays through saving, renaming and appending.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterator, Mapping
 
 import bpy
 import numpy as np
@@ -28,6 +29,8 @@ from facs_rig.keys import PROPERTIES
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
+# The same as text: a library override keeps a text, but no group of values.
+WHO_TEXT = "facs_identity_text"
 MARK = "facs_face"  # property of the mesh object: version of its make-up
 VERSION = 1
 _KEYED = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
@@ -54,6 +57,42 @@ def check_face(face: bpy.types.Object) -> None:
             raise ValueError(f"'{face.name}' has lost its slider '{name}'; add a new face")
     if face.data.shape_keys is None:
         raise ValueError(f"'{face.name}' has lost its shape keys; add a new face")
+    mover = mover_of(face)
+    if mover is None:
+        raise ValueError(
+            f"the face that '{face.name}' was a linked duplicate of is gone; press Make "
+            "Independent to give it its own sliders"
+        )
+    if mover != face:
+        raise ValueError(
+            f"'{face.name}' is a linked duplicate, which moves with the sliders of "
+            f"'{mover.name}'; press Make Independent to give it its own"
+        )
+
+
+def mover_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The object whose sliders move the keys of `face`; None if it is gone.
+
+    That is the face itself, unless it shares or copied its keys: Blender's linked duplicate
+    (Alt-D) has the drivers of its original, which read the original's sliders. The face itself,
+    too, where no key is driven at all.
+    """
+    keys = face.data.shape_keys
+    found, lost = None, False
+    for curve in keys.animation_data.drivers if keys and keys.animation_data else ():
+        for target in targets_of(curve):
+            if target.id == face:
+                return face
+            lost = lost or target.id is None
+            if found is None and isinstance(target.id, bpy.types.Object) and is_face(target.id):
+                found = target.id
+    return found or (None if lost else face)
+
+
+def targets_of(curve: bpy.types.FCurve) -> Iterator[bpy.types.DriverTarget]:
+    """What a driver reads."""
+    for variable in curve.driver.variables:
+        yield from variable.targets
 
 
 def armature_of(face: bpy.types.Object) -> bpy.types.Object | None:
@@ -180,6 +219,8 @@ def identity_of(face: bpy.types.Object) -> dict[str, float]:
 
     Empty, too, for a baked face of a file from before these were remembered.
     """
+    if face.override_library is not None and isinstance(face.get(WHO_TEXT), str):
+        return {name: float(value) for name, value in json.loads(face[WHO_TEXT]).items()}
     stored = face.get(WHO)
     return {} if stored is None else {name: float(value) for name, value in stored.items()}
 
@@ -213,7 +254,11 @@ def settle(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) 
     values = check_identity(identity)
     for name, value in rig.scalars(identity).items():
         face[name] = float(value)
-    face[WHO] = {f.name: values[f.name] for f in IDENTITY if values[f.name] != f.default}
+    known = {f.name: values[f.name] for f in IDENTITY if values[f.name] != f.default}
+    face[WHO_TEXT] = json.dumps(known)
+    if face.override_library is None:
+        face[WHO] = known
+        face.property_overridable_library_set(f'["{WHO_TEXT}"]', True)
     armature = armature_of(face)
     if armature is not None and joints_move(armature):
         place_joints(armature, rig, identity)

@@ -95,7 +95,7 @@ def _reshape(
         offsets = is_shape(np.asarray(offsets, dtype=np.float32), (rig.n_vertices, 3), "offsets")
         if not np.isfinite(offsets).all():
             raise ValueError("offsets must be finite numbers")
-    _check_shape(face, rig)
+    _check_shape(face, rig, writes=offsets is not None)
     baked = not has_identity_keys(face)
     basis = read_key(face.data.shape_keys.reference_key)
     neutral = to_blender(rig.neutral(identity)) if baked else basis
@@ -113,11 +113,15 @@ def _reshape(
         raise
 
 
-def _check_shape(face: bpy.types.Object, rig: FaceRig) -> None:
-    """ValueError, one sentence, if the face's shape cannot be written."""
+def _check_shape(face: bpy.types.Object, rig: FaceRig, writes: bool) -> None:
+    """ValueError, one sentence, if the face's shape cannot be written.
+
+    writes : keys, too, which a library override cannot; the values of identity keys it can
+    """
     check_face(face)
     mesh = face.data
-    if face.library or mesh.library or mesh.override_library:
+    fixed = mesh.override_library and (writes or not has_identity_keys(face))
+    if face.library or mesh.library or fixed:
         raise ValueError(f"'{face.name}' is linked from another file; make it and its mesh local")
     if face.mode != "OBJECT":
         raise ValueError(f"'{face.name}' is being edited; go to Object Mode first")

@@ -7,40 +7,29 @@ copy of the data was made by hand.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import bpy
 
 from facs_rig.blender_keys import GAZE
-from facs_rig.blender_pose import MARK, armature_of, is_face, refresh
+from facs_rig.blender_pose import (
+    MARK,
+    armature_of,
+    is_face,
+    mover_of,
+    refresh,
+    targets_of,
+)
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.keys import PROPERTIES
 
 SLIDERS = (*CONTROL_NAMES, *PROPERTIES)
 
 
-def mover_of(face: bpy.types.Object) -> bpy.types.Object:
-    """The object whose sliders move the keys of `face`: itself, unless it shares or copied them.
-
-    Itself, too, where no key is driven at all.
-    """
-    keys = face.data.shape_keys
-    if keys is None or keys.animation_data is None:
-        return face
-    found = None
-    for curve in keys.animation_data.drivers:
-        for target in _targets(curve):
-            if target.id == face:
-                return face
-            if found is None and isinstance(target.id, bpy.types.Object) and is_face(target.id):
-                found = target.id
-    return found or face
-
-
 def shown_with(face: bpy.types.Object) -> str:
-    """Name of the other face whose sliders move this one; empty if its own do."""
+    """Name of the other face whose sliders move this one; empty if its own do, or none."""
     mover = mover_of(face)
-    return "" if mover == face else mover.name
+    return "" if mover is None or mover == face else mover.name
 
 
 def stand_alone(face: bpy.types.Object) -> None:
@@ -48,12 +37,12 @@ def stand_alone(face: bpy.types.Object) -> None:
 
     Its armature, too, if that also carries another face.
     """
-    mover = mover_of(face)
+    mover = mover_of(face) or face
     ids: dict[bpy.types.ID, bpy.types.ID] = {mover: face}
     for name in SLIDERS:
         if name in mover:
             face[name] = mover[name]
-    if face.data.users > 1:
+    if face.data.users > 1 or face.data.library is not None:
         old = face.data
         face.data = old.copy()
         ids[old.shape_keys] = face.data.shape_keys
@@ -73,7 +62,7 @@ def twin_of(face: bpy.types.Object) -> tuple[bpy.types.Object, bpy.types.Object 
     It stands in the world where the face stands, does what that does, and is linked nowhere:
     keyframes, and drivers and constraints of the artist's on its sliders, are left out.
     """
-    mover = mover_of(face)
+    mover = mover_of(face) or face
     twin, old = face.copy(), face.data
     twin.data = old.copy()
     ids: dict[bpy.types.ID, bpy.types.ID] = {mover: twin, face: twin}
@@ -137,19 +126,16 @@ def _exchange(face: bpy.types.Object, ids: Mapping[bpy.types.ID, bpy.types.ID]) 
                 constraint.target = ids[constraint.target]
     for thing in (face, face.data.shape_keys, bones):
         for curve in _drivers(thing):
-            for target in _targets(curve):
+            for target in targets_of(curve):
                 if target.id in ids:
                     target.id = ids[target.id]
+                elif target.id is None and target.data_path.startswith('["'):
+                    target.id_type, target.id = "OBJECT", face  # of an original that is gone
 
 
 def _drivers(thing: bpy.types.ID | None):
     data = thing.animation_data if thing is not None else None
     return data.drivers if data is not None else ()
-
-
-def _targets(curve: bpy.types.FCurve) -> Iterator[bpy.types.DriverTarget]:
-    for variable in curve.driver.variables:
-        yield from variable.targets
 
 
 def _still(thing: bpy.types.ID) -> None:

@@ -10,7 +10,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from facs_rig import load_rig
 from facs_rig.blender_files import not_moving, span_of, write_moving, write_shown_fbx
-from facs_rig.blender_pose import armature_of, check_face, is_face, show_keys_to_exporters
+from facs_rig.blender_pose import armature_of, is_face, show_keys_to_exporters
 from facs_rig.blender_shape import left_out, moves, shown
 from facs_rig.blender_twin import shown_with
 from facs_rig.files import Outputs
@@ -29,7 +29,7 @@ FORMATS = (
 MORPHING = (".glb", ".fbx")  # these can hold morph targets and animations
 
 
-class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportHelper):
+class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, ExportHelper):
     """Write the face to a file: for other programs, or to be appended in Blender"""
 
     bl_idname = "sketch_to_face.export"
@@ -93,7 +93,6 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnFace, bpy.types.Operator, ExportH
     def steps(self, context):
         """Read the face from Blender, write the file in a thread."""
         face = faces.active_face(context)
-        check_face(face)
         path = Path(with_ending(_named(self.filepath), self.format, keep=True))
         if not path.parent.is_dir():
             raise ValueError(

@@ -6,6 +6,9 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
+from facs_rig.blender_pose import mover_of
+from facs_rig.blender_twin import stand_alone
+
 from . import faces, translation
 from .reporting import reported
 
@@ -119,6 +122,32 @@ class SKETCHTOFACE_OT_plain_person(faces.OnFace, bpy.types.Operator):
         return _become(self, context, {})
 
 
+class SKETCHTOFACE_OT_stand_alone(bpy.types.Operator):
+    """Give a linked duplicate a mesh, shape keys and sliders of its own; what it shows stays"""
+
+    bl_idname = "sketch_to_face.stand_alone"
+    bl_label = "Make Independent"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """A face must be active that moves with another's sliders, in Object Mode."""
+        face = faces.active_face(context)
+        if face is None or face.library is not None or mover_of(face) == face:
+            cls.poll_message_set(translation.tip("Select a linked duplicate of a face"))
+            return False
+        if context.mode not in ("OBJECT", "POSE"):
+            cls.poll_message_set(translation.tip("Go to Object Mode first"))
+            return False
+        return True
+
+    def execute(self, context):
+        """Copy the data, let it follow this face."""
+        with reported(self, ValueError) as outcome:
+            stand_alone(faces.active_face(context))
+        return {"CANCELLED"} if outcome.failed else {"FINISHED"}
+
+
 def _become(operator, context, identity: dict[str, float]) -> set[str]:
     from facs_rig.blender_reshape import reshape
     from facs_rig.rig import load_rig
@@ -128,7 +157,12 @@ def _become(operator, context, identity: dict[str, float]) -> set[str]:
     return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
-CLASSES = (MESH_OT_add_facs_face, SKETCHTOFACE_OT_random_person, SKETCHTOFACE_OT_plain_person)
+CLASSES = (
+    MESH_OT_add_facs_face,
+    SKETCHTOFACE_OT_random_person,
+    SKETCHTOFACE_OT_plain_person,
+    SKETCHTOFACE_OT_stand_alone,
+)
 
 
 def _menu(self, context):

@@ -85,6 +85,9 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
             column.label(text="This face cannot be posed.", icon="ERROR")
             for part in trouble.split("; "):
                 column.label(text=part)
+            operator = face_operators.SKETCHTOFACE_OT_stand_alone
+            if operator.poll(context):
+                column.operator(operator.bl_idname, icon="DUPLICATE")
             return
         column = self.layout.column(align=True)
         row = column.row(align=True)

@@ -2,7 +2,7 @@
 
 import bpy
 
-from facs_rig.blender_pose import check_face, is_face
+from facs_rig.blender_pose import check_face, is_face, mover_of
 
 from . import sources, translation
 
@@ -46,6 +46,26 @@ class OnFace:
             cls.poll_message_set(
                 translation.tip("This face is linked from another file: make it local first")
             )
+            return False
+        if mover_of(face) != face:
+            cls.poll_message_set(
+                translation.tip(
+                    "A linked duplicate moves with the sliders of its original: press Make "
+                    "Independent first"
+                )
+            )
+            return False
+        return True
+
+
+class OnShownFace(OnFace):
+    """An operator that only looks at the active face: linked ones and duplicates will do."""
+
+    @classmethod
+    def poll(cls, context):
+        """A face must be active."""
+        if active_face(context) is None:
+            cls.poll_message_set(translation.tip("Select a face that Sketch to Face made"))
             return False
         return True
 

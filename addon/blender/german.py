@@ -49,6 +49,7 @@ BUTTONS = {
     "As Drawn": "Gezeichnet",
     "Reset Expression": "Ausdruck zurücksetzen",
     "Key": "Key",
+    "Make Independent": "Unabhängig machen",
     "Key Expression": "Ausdruck-Keyframe setzen",
     # the person
     "FACS Face": "FACS-Gesicht",
@@ -538,9 +539,15 @@ OPTIONS = {
         "{name} gespeichert; dabei ist '{mover}', dessen Regler dieses Gesicht bewegen"
     ),
     "reading the face": "das Gesicht wird gelesen",
-    "Shade Flat": "Flach schattieren",
-    "Color Attributes": "Farbattribute",
-    "Image Texture": "Bildtextur",
+    "Give a linked duplicate a mesh, shape keys and sliders of its own; what it shows stays": (
+        "Einem verknüpften Duplikat ein eigenes Mesh, eigene Shape Keys und eigene Regler geben; "
+        "was es zeigt, bleibt"
+    ),
+    "Select a linked duplicate of a face": "Ein verknüpftes Duplikat eines Gesichts auswählen",
+    "A linked duplicate moves with the sliders of its original: press Make Independent first": (
+        "Ein verknüpftes Duplikat bewegt sich mit den Reglern seines Originals: erst Unabhängig "
+        "machen drücken"
+    ),
     "ARKit": "ARKit",
     "The 47 controls of this add-on": "Die 47 Regler dieses Add-ons",
     "The 52 names that live-capture tools know": (

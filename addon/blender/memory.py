@@ -27,6 +27,11 @@ STRONGEST = 5.0  # full natural activation; more is exaggeration, and the slider
 DRAWN, LOST = "sketch_lines", "sketch_lines_unmatched"  # lines of the sketch, as `pack` packs them
 
 
+def _is_reloaded(face, now: float, value: float) -> bool:
+    """Whether Blender only sets again what a library override has, as it does on every load."""
+    return face.override_library is not None and abs(now - value) < 1e-5
+
+
 def _identity_property(feature):
     """A live slider of one identity parameter; the face itself keeps the value."""
 
@@ -35,6 +40,8 @@ def _identity_property(feature):
 
     def put(self, value: float) -> None:
         face = self.id_data
+        if _is_reloaded(face, get(self), value):
+            return
         # A slider can tell nobody what is wrong; the panel that it is in does.
         with contextlib.suppress(ValueError):
             reshape(face, load_rig(), {**identity_of(face), feature.name: value})
@@ -70,6 +77,8 @@ def worn(item) -> float:
 
 def settle(item, value: float) -> None:
     """The artist says how strong an action is (0: not there at all): wear it and keep to it."""
+    if _is_reloaded(item.id_data, worn(item), value):
+        return
     item.id_data[item.name] = float(value)
     item.locked = True
     refresh(item.id_data)
@@ -279,6 +288,11 @@ CLASSES = (
     SKETCHTOFACE_PG_pin,
     SKETCHTOFACE_PG_face,
 )
+OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+for _class in CLASSES:  # or a library override of a face could not set them, and would forget them
+    for _property in _class.__annotations__.values():
+        lists = {"USE_INSERTION"} if _property.function is CollectionProperty else set()
+        _property.keywords["override"] = OVERRIDABLE | lists
 
 
 def attach() -> None:
@@ -287,6 +301,7 @@ def attach() -> None:
         name="Sketch to Face",
         description="What a face remembers of its sketch",
         type=SKETCHTOFACE_PG_face,
+        override=OVERRIDABLE,
     )
 
 

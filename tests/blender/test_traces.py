@@ -218,6 +218,17 @@ def folder_of_sketches(tmp_path) -> dict:
     return {}
 
 
+def linked_duplicate(_tmp_path) -> dict:
+    face = bpy.context.active_object
+    bpy.context.view_layer.objects["Other"].select_set(False)
+    face.parent.select_set(True)
+    bpy.ops.object.duplicate(linked=True)
+    bpy.context.view_layer.objects.active = next(
+        o for o in bpy.context.selected_objects if is_face(o)
+    )
+    return {}
+
+
 # Of every operator that promises undo: its arguments, or what has to be done before it is pressed.
 PRESSED: dict[str, dict | Callable] = {
     "mesh.add_facs_face": {"random_identity": True},
@@ -237,6 +248,7 @@ PRESSED: dict[str, dict | Callable] = {
     "sketch_to_face.random_expression": {"seed": 3},
     "sketch_to_face.random_person": {"seed": 3},
     "sketch_to_face.reset_sliders": {"to": "NEUTRAL", "head": True},
+    "sketch_to_face.stand_alone": linked_duplicate,
     "sketch_to_face.storyboard": folder_of_sketches,
     "sketch_to_face.unlock_all": {},
     "sketch_to_face.unpin": {"name": ""},
