@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import zlib
+import errno
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,6 +23,7 @@ from .rotation import rotation
 from .subdivide import triangulate
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
+BUSY = (errno.EMFILE, errno.ENFILE, errno.ENOMEM)  # the computer is, and the file may be whole
 JOINTS = ("head", "neck", "eye_left", "eye_right", "jaw")
 
 
@@ -388,11 +388,19 @@ def load_rig(path: Path = ASSET) -> FaceRig:
     """The rig that ships with the package, read once. AssetError if the file is damaged."""
     try:
         with open(path, "rb") as file, np.load(file) as arrays:
-            return FaceRig(dict(arrays))
-    except (OSError, EOFError, SyntaxError, ValueError, LookupError, BadZipFile, zlib.error):
-        raise AssetError(
-            f"the rig's data file '{path}' is damaged; install again or `make bake`"
-        ) from None
+            found = dict(arrays)  # every array has a checksum, which is compared here
+    except Exception as error:  # a flipped bit may raise whatever zipfile and numpy can
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) in BUSY:
+            raise
+        raise _damaged(path) from error
+    try:
+        return FaceRig(found)
+    except (ValueError, LookupError, TypeError) as error:  # another file, or a forged one
+        raise _damaged(path) from error
+
+
+def _damaged(path: Path) -> AssetError:
+    return AssetError(f"the rig's data file '{path}' is damaged; install again or `make bake`")
 
 
 def landmark_points(rig: FaceRig, vertices: NDArray) -> dict[str, NDArray]:

@@ -1,0 +1,93 @@
+"""A damaged head.npz is one sentence, and never another face."""
+
+from __future__ import annotations
+
+import errno
+import zipfile
+
+import numpy as np
+import pytest
+
+from facs_rig import rig as module
+from facs_rig.rig import ASSET, AssetError, load_rig
+
+WHOLE = ASSET.read_bytes()
+
+
+@pytest.fixture
+def arrays_of(monkeypatch, tmp_path):
+    """A function: the arrays of a file of these bytes, as `load_rig` would take them."""
+    monkeypatch.setattr(module, "FaceRig", lambda arrays: arrays)
+
+    def read(content: bytes):
+        path = tmp_path / "head.npz"
+        path.write_bytes(content)
+        return load_rig.__wrapped__(path)
+
+    return read
+
+
+def places() -> list[int]:
+    """Bytes of every kind: local headers, packed data, the directory, the end."""
+    with zipfile.ZipFile(ASSET) as archive:
+        headers = [entry.header_offset for entry in archive.infolist()[:3]]
+        directory = archive.start_dir
+    rng = np.random.default_rng(0)
+    found = [header + k for header in headers for k in range(0, 40, 4)]
+    found += [directory + k for k in range(0, 60, 3)]
+    found += range(len(WHOLE) - 22, len(WHOLE))
+    return sorted({*found, *rng.integers(0, len(WHOLE), 25).tolist()})
+
+
+def test_a_flipped_bit_is_told_or_harmless(arrays_of):
+    whole = {name: array.tobytes() for name, array in arrays_of(WHOLE).items()}
+    told = 0
+    for place in places():
+        content = bytearray(WHOLE)
+        content[place] ^= 1 << place % 8
+        try:
+            found = arrays_of(bytes(content))
+        except AssetError as error:
+            assert "head.npz' is damaged; install again" in str(error)
+            told += 1
+        else:  # a date, or an attribute that nobody reads
+            assert {name: array.tobytes() for name, array in found.items()} == whole, place
+    assert told > len(places()) / 2
+
+
+@pytest.mark.parametrize("size", [0, 1, 22, 1000, len(WHOLE) // 2, len(WHOLE) - 1])
+def test_a_file_that_breaks_off_is_told(arrays_of, size):
+    with pytest.raises(AssetError, match="is damaged"):
+        arrays_of(WHOLE[:size])
+
+
+@pytest.mark.parametrize(
+    "text", ["__import__('os').system('touch hacked')", "smile+", "grin", "9**9**9", "smile.real"]
+)
+def test_forged_expressions_are_refused_and_not_run(tmp_path, monkeypatch, text):
+    monkeypatch.chdir(tmp_path)
+    with np.load(ASSET) as arrays:
+        content = dict(arrays)
+    texts = content["key_expressions"].astype(object)
+    texts[-1] = text
+    content["key_expressions"] = texts.astype(str)
+    np.savez(tmp_path / "head.npz", **content)
+    with pytest.raises(AssetError, match="is damaged; install again") as told:
+        load_rig.__wrapped__(tmp_path / "head.npz")
+    assert str(told.value.__cause__).startswith("key '")
+    assert not (tmp_path / "hacked").exists()
+
+
+def test_pickles_are_refused(tmp_path):
+    np.savez(tmp_path / "head.npz", base=np.array([{}], dtype=object))
+    with pytest.raises(AssetError, match="is damaged"):
+        load_rig.__wrapped__(tmp_path / "head.npz")
+
+
+def test_a_computer_at_its_limits_is_not_a_damaged_file(monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(module.np, "load", refuse)
+    with pytest.raises(OSError, match="Too many open files"):
+        load_rig.__wrapped__(ASSET)
