@@ -32,6 +32,7 @@ from .detector import DESCRIPTION, FORMAT, Detector, Reading
 from .evaluate import figures, pages_of, read_all, rounded
 from .labels import Targets, encode, rotated_in_picture
 from .negatives import faceless
+from .runtime import checksum
 
 ONNX = "detector.onnx"
 OUTPUTS = ("units", "landmarks", "angles", "face", "found")
@@ -265,7 +266,8 @@ def empty_pages(count: int) -> Iterator[NDArray]:
 
 
 def write_description(folder: Path, model: dict[str, Any]) -> None:
-    text = json.dumps(rounded(model), indent=1) + "\n"
+    model = rounded(model)
+    text = json.dumps(model | {"checksum": checksum(model)}, indent=1) + "\n"
     (folder / DESCRIPTION).write_text(text, encoding="utf-8")
 
 

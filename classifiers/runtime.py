@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ FORMAT = 1
 THREADS = 2
 KEYS = {
     "weights", "sha256", "size", "aus", "landmarks", "temperatures", "thresholds",
-    "face_temperature",
+    "face_temperature", "checksum",
 }  # fmt: skip
 
 
@@ -86,9 +87,11 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise ValueError(
             f"{path} is missing: install the package again, or train with `sketch2face train`."
         ) from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise ValueError(f"{path} is damaged: install the package again.") from None
-    if not isinstance(model, dict):
+    except OSError:
+        raise ValueError(f"{path} cannot be read: install the package again.") from None
+    if not isinstance(model, dict) or model.get("checksum", checksum(model)) != checksum(model):
         raise ValueError(f"{path} is damaged: install the package again.")
     if model.get("format") != FORMAT:
         raise ValueError(
@@ -99,6 +102,12 @@ def read_description(folder: Path) -> dict[str, Any]:
     if missing:
         raise ValueError(f"{path} lacks {', '.join(missing)}: install the package again.")
     return model
+
+
+def checksum(model: Mapping[str, Any]) -> str:
+    """Of all that a description says but its own checksum, however it is written down."""
+    said = {key: value for key, value in model.items() if key != "checksum"}
+    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
 
 def open_session(path: Path, sha256: str, threads: int):

@@ -14,7 +14,7 @@ from classifiers.detector import Detector, Reading
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
 from classifiers.preprocess import FACE_MARGIN, Crop, as_page
-from classifiers.runtime import THREADS, Answers
+from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
 from facs_rig import DETECTED, LANDMARKS
 
 
@@ -286,6 +286,41 @@ def test_a_detector_is_loaded_once_for_each_number_of_threads(fresh_weights):
         load_detector(threads=0)
 
 
+def signed(model):
+    return model | {"checksum": checksum(model)}
+
+
+@pytest.mark.parametrize("name", ["model.json", "detector.onnx"])
+def test_a_flipped_bit_is_one_sentence(tmp_path, name):
+    """Wherever it is; of a description it may also be between its words, where it says nothing."""
+    shutil.copytree(WEIGHTS, tmp_path / "copy")
+    path = tmp_path / "copy" / name
+    whole = path.read_bytes()
+    known = read_description(WEIGHTS)
+    rng = np.random.default_rng(0)
+    for place in {0, 1, 20, len(whole) - 2, *rng.integers(0, len(whole), 150).tolist()}:
+        content = bytearray(whole)
+        content[place] ^= 1 << place % 8
+        path.write_bytes(content)
+        try:
+            model = read_description(path.parent)
+            open_session(path.parent / model["weights"], model["sha256"], 1)
+        except ValueError as error:
+            assert f"{name} " in str(error) and "install the package again" in str(error)
+            assert "\n" not in str(error)
+        else:
+            assert name == "model.json" and model == known
+
+
+def test_a_description_is_the_same_however_it_is_written_down(tmp_path):
+    model = read_description(WEIGHTS)
+    (tmp_path / "model.json").write_text(json.dumps(model, sort_keys=True))
+    assert read_description(tmp_path) == model
+    (tmp_path / "model.json").write_text(json.dumps(model | {"face_temperature": 9.0}))
+    with pytest.raises(ValueError, match="is damaged: install the package again"):
+        read_description(tmp_path)
+
+
 def test_damaged_or_missing_weights_are_named(fresh_weights, tmp_path):
     with pytest.raises(ValueError, match=r"model\.json is missing"):
         Detector(tmp_path)
@@ -300,7 +335,7 @@ def test_damaged_or_missing_weights_are_named(fresh_weights, tmp_path):
         Detector(folder)
     description = folder / "model.json"
     model = json.loads(description.read_text())
-    description.write_text(json.dumps(model | {"format": 99}))
+    description.write_text(json.dumps(signed(model | {"format": 99})))
     with pytest.raises(ValueError, match="format 99"):
         Detector(folder)
     description.write_text("{")
@@ -320,6 +355,6 @@ def test_weights_that_belong_to_another_description_are_named(fresh_weights, tmp
     shutil.copytree(fresh_weights, folder)
     model = json.loads((folder / "model.json").read_text())
     model[names] = model[names][:-1]
-    (folder / "model.json").write_text(json.dumps(model))
+    (folder / "model.json").write_text(json.dumps(signed(model)))
     with pytest.raises(ValueError, match=r"detector\.onnx does not belong to the model\.json"):
         Detector(folder)
