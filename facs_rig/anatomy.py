@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .ties import first_least, first_most
+
 PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows")
 HAIR_PARTS = ("lashes", "brows")  # blades: coloured, but no surface to draw contours of
 
@@ -139,7 +141,7 @@ def bind_from_front(
     index = np.empty((len(places), 3), dtype=np.int64)
     weight = np.empty((len(places), 3))
     for k, place in enumerate(places):
-        near = facing[tree.query(place, k=min(80, len(facing)))[1]]
+        near = np.sort(facing[tree.query(place, k=min(80, len(facing)))[1]])
         deep = corner[near, :, 2].mean(axis=1)
         near = near[deep > deep.max() - DEEPEST]  # through a slit one would see what is behind it
         w = _weights(place, a[near], b[near], c[near], area[near])
@@ -147,10 +149,10 @@ def bind_from_front(
         if not len(inside):  # between triangles seen edge on: the nearest point of any of them
             clipped = np.clip(w, 0, 1) / np.clip(w, 0, 1).sum(axis=1, keepdims=True)
             off = np.einsum("kc,kcd->kd", clipped, corner[near][:, :, :2]) - place
-            inside = np.array([np.argmin(np.hypot(*off.T))])
+            inside = np.array([first_least(np.hypot(*off.T))])
             if np.hypot(*off[inside[0]]) > 0.003:
                 raise ValueError(f"no surface under the place {tuple(place * 100)} cm")
-        best = inside[np.argmax(vertices[triangles[near[inside]]][:, :, 2].mean(axis=1))]
+        best = inside[first_most(vertices[triangles[near[inside]]][:, :, 2].mean(axis=1))]
         index[k] = triangles[near[best]]
         weight[k] = np.clip(w[best], 0, 1) / np.clip(w[best], 0, 1).sum()
     return index, weight

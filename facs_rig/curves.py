@@ -13,6 +13,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from .ties import first_most
+
 FIELDS = ("index", "weight", "lift", "places", "starts", "strength", "width", "triangles")
 
 
@@ -107,6 +109,6 @@ def head_frame(vertices: NDArray, skin: NDArray) -> tuple[NDArray, NDArray]:
     """
     upper = np.flatnonzero(skin & (vertices[:, 1] > vertices[skin, 1].max() - 0.09))
     ways = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1)])
-    anchors = upper[(vertices[upper] @ ways.T).argmax(axis=0)]
+    anchors = upper[first_most(vertices[upper] @ ways.T, axis=0)]
     solve = np.linalg.inv(np.column_stack([vertices[anchors], np.ones(4)]))
     return anchors, solve[:3]

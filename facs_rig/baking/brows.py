@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..anatomy import BROW_LOWER, BROW_UPPER, PART_NAMES, bind_from_front, smooth_curve
 from ..mesh import vertex_normals
+from ..ties import first_least, nearest
 from .strands import MM, Hairs, both_sides, head_axes, mirror_cage, rows_at
 
 SEED = 21
@@ -54,7 +54,7 @@ def brows(cage: NDArray, rows: sp.csr_matrix, triangles: NDArray, eyes_middle: N
 
 def _on_both_sides(index: NDArray, weight: NDArray, skin: NDArray) -> sp.csr_matrix:
     """Rows (2 h, n) of the skin under hairs (h, 3) of the left and their mirror images."""
-    mirrored = cKDTree(skin).query(skin * [-1, 1, 1])[1][index]
+    mirrored = nearest(skin, skin * [-1, 1, 1])[index]
     rows = np.arange(2 * len(index)).repeat(3)
     columns = np.concatenate([index, mirrored]).ravel()
     return sp.csr_matrix((np.tile(weight.ravel(), 2), (rows, columns)), (2 * len(index), len(skin)))
@@ -98,7 +98,7 @@ def _outline(along: float, across: float, rng: np.random.Generator) -> NDArray:
     def path(length: float) -> tuple[NDArray, NDArray]:
         points, angles, place = [root], [], root
         for step in range(12):
-            near = np.argmin(np.abs(middle[:, 0] - place[0]))
+            near = first_least(np.abs(middle[:, 0] - place[0]))
             angle = heading[near] + slant * (1.25 - 0.55 * step / 11)
             place = place + length / 12 * np.array([np.cos(angle), np.sin(angle)])
             points.append(place)

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import PART_NAMES, bind_from_front, smooth_curve
 from ..controls import Control
+from ..ties import nearest
 
 Points = tuple[tuple[float, float], ...]
 
@@ -222,19 +223,22 @@ def _groove(crease, end_fades, curve, vertices, front) -> NDArray:
     A narrow groove between broad, low shoulders.
     """
     away, at = cKDTree(curve).query(vertices[front], distance_upper_bound=4e-3 * crease.width)
-    s = np.append(np.linspace(0, 1, len(curve)), 0)[at]
+    near = np.isfinite(away)
+    front, away = front[near], away[near]
+    at = nearest(curve, vertices[front])  # in the middle of the face two points are equally near
+    s = np.linspace(0, 1, len(curve))[at]
     fade = np.ones_like(s)
     for share, from_end in zip(end_fades, (s, 1 - s), strict=True):
         if share > 0:
             t = np.clip(from_end / share, 0, 1)
             fade *= t * t * (3 - 2 * t)
-    t = np.where(np.isfinite(away), away, 1.0) / (1e-3 * crease.width)
+    t = away / (1e-3 * crease.width)
     height = SHOULDER * np.exp(-((t / 2.2) ** 2)) - (1 + SHOULDER) * np.exp(-(t**2) / 0.9)
     height *= 1e-3 * crease.depth * fade
     if crease.lift:
-        near = curve[np.minimum(at, len(curve) - 1), 0]
-        outer = np.where((vertices[front, 0] - near) * np.sign(near) > 0, t, -t)
+        x = curve[at, 0]
+        outer = np.where((vertices[front, 0] - x) * np.sign(x) > 0, t, -t)
         height += 1e-3 * crease.lift * fade * np.exp(-(((outer - 2.0) / 1.2) ** 2))
     out = np.zeros(len(vertices))
-    out[front] = np.where(np.isfinite(away), height, 0.0)
+    out[front] = height
     return out

@@ -14,6 +14,7 @@ from ..anatomy import PART_NAMES
 from ..controls import ARKIT_NAMES, CONTROLS
 from ..identity import target_weights
 from ..rotation import rotation
+from ..ties import first_most
 from .lids import (
     BLINK_LOWER,
     BLINK_UPPER,
@@ -60,7 +61,7 @@ def round_rows(
         centre = plain[m + EYE_JOINTS[side]]
         corners = np.array([(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)])
         arms = (plain[ball] - centre) * (SIGNS[side], 1, 1)
-        spread = ball[np.argmax(corners @ arms.T, axis=1)]
+        spread = ball[first_most(corners @ arms.T, axis=1)]
         at = np.flatnonzero((part == PART_NAMES.index("eyes")) & (SIGNS[side] * fine[:, 0] > 0))
         away = fine[at] - centre
         away *= BALL_RADIUS / np.linalg.norm(away, axis=1, keepdims=True)

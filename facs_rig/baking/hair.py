@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import smooth_curve
 from ..curves import Curves, as_arrays
+from ..ties import nearest
 from .strands import closest_on_skin
 
 CM = 0.01
@@ -115,7 +116,7 @@ class Head:
     def bind(self, points: NDArray) -> tuple[NDArray, NDArray]:
         """Vertex of the skull (k,) that each point (k, 3, centimetres) hangs from, and the way
         from it in metres."""
-        near = self.cap[cKDTree(self.points[self.cap]).query(points)[1]]
+        near = self.cap[nearest(self.points[self.cap], points)]
         return near, (points - self.points[near]) * CM
 
 

@@ -11,7 +11,7 @@ Only the data files are read: the package itself is never imported.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from ..keys import Key
 from ..mesh import vertex_normals
 from ..rotation import rotation
 from ..subdivide import refine, triangulate
+from ..ties import first_least
 from .brows import brows
 from .creases import crease_displacements, refinement_levels
 from .eyes import (
@@ -44,6 +45,10 @@ from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
 from .makehuman import JOINTS, Source, read_source
 from .people import read_people
 from .strands import Hairs, add_hairs, carry_hairs
+
+# Entries of the refinement below this are what is left where numbers cancel, 1e-15 and less, and
+# which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
+NOISE = 1e-12
 
 # The source's head looks up a little; turned down by this many degrees it stands as people draw a
 # face, with the jaw's outline before the neck.
@@ -151,7 +156,17 @@ def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[H
     )
     for hair in hairs:
         mesh = Mesh(*add_hairs(mesh.matrix, mesh.polygons, mesh.part, hair))
-    return mesh, hairs
+    return replace(mesh, matrix=without_noise(mesh.matrix)), hairs
+
+
+def without_noise(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """The matrix without its entries below NOISE, each row in the order of its columns: alike on
+    all processors."""
+    kept = matrix.copy()
+    kept.data[np.abs(kept.data) < NOISE] = 0
+    kept.eliminate_zeros()
+    kept.sort_indices()
+    return kept
 
 
 def read_controls(source: Source, mouth: Mouth) -> NDArray[np.float64]:
@@ -256,7 +271,7 @@ def landmark_vertices(vertices, normals, part, eyes_middle) -> NDArray[np.int32]
         near = np.linalg.norm(offset, axis=1) - (
             0.3 * vertices[candidates, 2] if len(point) == 2 else 0
         )
-        out.append(candidates[np.argmin(near)])
+        out.append(candidates[first_least(near)])
     return np.array(out, dtype=np.int32)
 
 

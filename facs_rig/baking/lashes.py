@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..anatomy import PART_NAMES
 from ..mesh import vertex_normals
+from ..ties import ascending
 from .strands import (
     MM,
     Hairs,
@@ -123,8 +124,8 @@ class Lids:
         self.cage, self.rows, self.triangles = cage, rows, triangles
         self.skin = rows @ cage
         self.normals = vertex_normals(self.skin, triangles)
-        order = ball[np.argsort(cage[ball, 1])]
-        self.height = mean_row(order[-8:], len(cage)) - mean_row(order[:8], len(cage))
+        down = ball[ascending(-cage[ball, 1])]
+        self.height = mean_row(down[:8], len(cage)) - mean_row(down[-8:], len(cage))
         self.edges: list[sp.csr_matrix] = []  # middle of the lower lid's edge, then the upper's
 
     def closing(self, count: int) -> sp.csr_matrix:

@@ -9,6 +9,7 @@ from ..anatomy import LIP_LOWER, LIP_UPPER, PART_NAMES
 from ..camera import Camera
 from ..curves import Curves, head_frame, make_curves
 from ..raster import barycentric, rasterise
+from ..ties import first_least
 from .brows import brow_lines
 from .hair import CM, STYLES, Head, hair_curves, hairline
 from .lashes import lash_lines
@@ -63,11 +64,11 @@ def _lip_line(vertices, triangles, eyes_middle) -> tuple[NDArray, NDArray]:
     column = np.linspace(-2.14, 2.14, 45)
     borders = [np.array(points) for points in (LIP_UPPER, LIP_LOWER)]
     above, below = (np.interp(np.abs(column), line[:, 0], line[:, 1]) for line in borders)
-    u = ((column + 2.6) * CM * PIXELS).astype(int)
+    u = np.round((column + 2.6) * CM * PIXELS, 6).astype(int)
     rows = np.arange(height)[:, None]
     y = -5.0 - (rows + 0.5) / PIXELS / CM
     between = (y < above - 0.1 * (above - below)) & (y > below + 0.15 * (above - below))
-    seam = np.where(between, seen.depth[:, u], np.inf).argmin(axis=0)
+    seam = first_least(np.where(between, seen.depth[:, u], np.inf), axis=0)
     smooth = np.polynomial.Polynomial.fit(column, seam, 8)(column)
     v = np.round(smooth - ABOVE_SEAM * PIXELS).astype(int)
     owner = seen.triangle[v, u]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..controls import CONTROLS, WHOLE
 from ..keys import Key
 from ..mesh import vertex_normals
+from ..ties import first_least, first_most
 from .makehuman import JOINTS, Source
 from .people import WHOLE_FACES, People
 
@@ -75,7 +76,7 @@ def measure_mouth(
         here = near & (np.abs(x - zone) < HALF)
         upper, lower = (np.flatnonzero(here & (sign * normals[:, 1] > 0.3)) for sign in (-1, 1))
         zones.append((upper, lower))
-        markers.append((upper[np.argmin(y[upper])], lower[np.argmax(y[lower])]))
+        markers.append((upper[first_least(y[upper])], lower[first_most(y[lower])]))
     apart = lip_deltas(cage, masks["upper"][:, 0], source.is_part("skin"), seam[1])
     return Mouth(matrix, zones, apart, masks, np.array(markers))
 
@@ -96,7 +97,7 @@ def lip_line(cage: NDArray) -> int:
     """Index of the cage vertex where the lips meet in the middle, seen from the front."""
     middle = np.flatnonzero((np.abs(cage[:, 0]) < 1e-4) & (cage[:, 2] > 0.08))
     middle = middle[(cage[middle, 1] > -0.055) & (cage[middle, 1] < -0.005)]
-    return int(middle[np.argmin(np.abs(cage[middle, 1] + 0.028))])
+    return int(middle[first_least(np.abs(cage[middle, 1] + 0.028))])
 
 
 def seal_identities(people: People, mouth: Mouth) -> None:

@@ -14,6 +14,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ..ties import ascending, first_least
+
 MM = 1e-3
 
 
@@ -90,10 +92,10 @@ def closest_on_skin(
     from trimesh.triangles import closest_point, points_to_barycentric
 
     tree = cKDTree(skin[triangles].mean(axis=1))
-    candidates = tree.query(points, near)[1]
+    candidates = np.sort(tree.query(points, near)[1], axis=1)
     corner = skin[triangles[candidates.ravel()]]
     found = closest_point(corner, np.repeat(points, near, axis=0)).reshape(len(points), near, 3)
-    best = np.linalg.norm(found - points[:, None], axis=2).argmin(axis=1)
+    best = first_least(np.linalg.norm(found - points[:, None], axis=2), axis=1)
     k = np.arange(len(points))
     owner, place = candidates[k, best], found[k, best]
     weight = np.clip(points_to_barycentric(skin[triangles[owner]], place), 0, 1)
@@ -135,7 +137,7 @@ def head_axes(cage: NDArray, skin: NDArray) -> sp.csr_matrix:
     millimetre stays one, and grows and turns with the head. skin : the cage's skin vertices.
     """
     upper = skin[cage[skin, 1] > cage[skin, 1].max() - 0.09]  # above the ears
-    groups = [upper[np.argsort(cage[upper] @ way)[-6:]]
+    groups = [upper[ascending(-cage[upper] @ way)[:6]]
               for way in np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1)])]  # fmt: skip
     points = sp.vstack([mean_row(group, len(cage)) for group in groups])
     solve = np.linalg.inv(np.column_stack([points @ cage, np.ones(4)]))
