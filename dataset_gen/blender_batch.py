@@ -2,12 +2,13 @@
 
     blender -b -P dataset_gen/blender_batch.py -- --count 1000 --out data --seed 1
 
-The same as `sketch2face generate --engine freestyle`. Blender's Python has to find numpy (Blender
-brings it, Debian's does not), scipy and Pillow. They are looked for in PYTHONPATH, in an activated
-environment, in the .venv that `make` builds, and where `sketch2face` is installed. --meshes also
+The same as `sketch2face generate --engine freestyle`. Blender's Python has to find numpy, scipy and
+Pillow that go together. They are looked for in PYTHONPATH, in an activated environment, in the
+.venv that `make` builds, where `sketch2face` is installed, and in Blender itself. --meshes also
 needs trimesh.
 
-Exit status 0 done, 1 a fault of ours, 2 the arguments or the folder cannot be used.
+Exit status 0 done, 1 a fault of ours, 2 the arguments, the folder or this Blender cannot be used,
+130 stopped.
 """
 
 from __future__ import annotations
@@ -16,13 +17,23 @@ import argparse
 import atexit
 import os
 import shutil
+import signal
 import sys
 import traceback
 from collections.abc import Iterator
+from importlib import import_module
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-NEEDED = {"numpy": "numpy", "scipy": "scipy", "PIL": "pillow"}  # module -> its package
+OLDEST = (3, 11)
+ABSENT = "not there"
+# module -> its package, and the parts of it that drawing uses
+NEEDED = {
+    "numpy": ("numpy", ()),
+    "scipy": ("scipy", ("scipy.sparse", "scipy.spatial", "scipy.ndimage")),
+    "PIL": ("pillow", ("PIL.Image", "PIL.ImageDraw")),
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -81,24 +92,43 @@ def parser() -> argparse.ArgumentParser:
 
 
 def find_packages(meshes: bool = False) -> str | None:
-    """Make this repository and what it needs importable; one sentence if something is missing."""
+    """Make this repository and what it needs importable; one sentence if that cannot be done.
+
+    Packages that were installed together go together, so a place that has numpy and all the rest
+    comes before Blender's own numpy, which may be too old for them. Places that lack numpy come
+    behind it.
+    """
     # Started by Python, the folder of this file comes first, whose freestyle.py is not Blender's.
     own_folder = str(Path(__file__).resolve().parent)
     sys.path[:] = [str(ROOT), *(p for p in sys.path if p not in (own_folder, str(ROOT)))]
-    needed = NEEDED | ({"trimesh": "trimesh"} if meshes else {})
-    missing = [name for name in needed if not importable(name)]
-    for place in places():
-        if missing and place.is_dir():
-            sys.path.append(str(place))  # behind Blender's own numpy, which it was built for
-            missing = [name for name in missing if not importable(name)]
-    if not missing:
-        return None
-    names = ", ".join(needed[name] for name in missing)
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    if sys.version_info < OLDEST:
+        return (
+            f"error: this Blender brings Python {version}, and {OLDEST[0]}.{OLDEST[1]} or newer is "
+            "needed; use Blender 4.1 or newer"
+        )
+    needed = NEEDED | ({"trimesh": ("trimesh", ())} if meshes else {})
+    found = [place for place in dict.fromkeys(places()) if place.is_dir()]
+    together = [place for place in found if all((place / name).is_dir() for name in needed)]
+    together = [place for place in together if built_for_this(place)][:1]
+    if "numpy" in sys.modules:  # loaded by another add-on: too late for another one
+        together = []
+    sys.path[1:1] = [str(place) for place in together]
+    if not together:
+        sys.path += [str(place) for place in found if str(place) not in sys.path]
+    wrong = {name: problem for name in needed if (problem := trouble(name, needed[name][1]))}
+    if not wrong:
+        return None
+    packages = " ".join(package for package, _ in needed.values())
+    absent = [needed[name][0] for name, problem in wrong.items() if problem == ABSENT]
+    if absent:
+        said = f"does not find {', '.join(absent)}"
+    else:
+        name, problem = next(iter(wrong.items()))
+        said = f"cannot use the {needed[name][0]} that it finds ({problem})"
     return (
-        f"error: Blender's Python {version} does not find {names}; install them for Python "
-        f"{version} (python{version} -m pip install --target DIR {names.replace(',', '')}) "
-        "and set PYTHONPATH=DIR"
+        f"error: Blender's Python {version} {said}; install what goes together for Python "
+        f"{version} (python{version} -m pip install --target DIR {packages}) and set PYTHONPATH=DIR"
     )
 
 
@@ -126,15 +156,28 @@ def version_of(home: Path) -> str:
     return ".".join(told[0].split(".")[:2]) if told else ""
 
 
-def importable(name: str) -> bool:
-    """Whether a module can really be imported: a wheel for another Python is found, but breaks."""
+def built_for_this(place: Path) -> bool:
+    """Whether the compiled part of a folder's numpy is for this Python."""
+    compiled = place.glob("numpy/*core/_multiarray_umath.*")
+    return any("." + path.name.partition(".")[2] in EXTENSION_SUFFIXES for path in compiled)
+
+
+def trouble(name: str, parts: tuple[str, ...]) -> str:
+    """Why a package cannot be used: ABSENT, or what it said; "" if all that we use of it loads.
+
+    A package for another Python, or for another numpy, is found but breaks, some when a part of
+    it is loaded.
+    """
     try:
-        __import__(name)
-    except Exception:  # a compiled module may raise anything
-        for loaded in [m for m in sys.modules if m == name or m.startswith(name + ".")]:
-            del sys.modules[loaded]
-        return False
-    return True
+        for part in (name, *parts):
+            import_module(part)
+    except ModuleNotFoundError as error:
+        if error.name == name:
+            return ABSENT
+        return str(error)
+    except BaseException as error:  # a compiled module may raise anything
+        return (str(error).strip().splitlines() or [type(error).__name__])[0]
+    return ""
 
 
 def workers_are_blenders() -> None:
@@ -175,9 +218,23 @@ class Line:
             print(f"\r{done} of {count} samples", end=end, file=sys.stderr, flush=True)
 
 
+def stoppable() -> None:
+    """Let Ctrl-C and a polite kill end this as an exception, so that nothing half-made stays."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for number in (signal.SIGINT, signal.SIGTERM):  # Blender has handlers of its own
+        signal.signal(number, stop)
+
+
 if __name__ == "__main__":
     try:
+        stoppable()
         status = main()
+    except KeyboardInterrupt:
+        print("stopped; whole shards stay: go on with --resume", file=sys.stderr)
+        status = 130
     except SystemExit as leave:
         status = leave.code if isinstance(leave.code, int) else 1
     except BaseException:

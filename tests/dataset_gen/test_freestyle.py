@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
-import sysconfig
+import time
 import warnings
 from pathlib import Path
 
@@ -344,7 +345,7 @@ def program() -> list[str]:
 
 @pytest.mark.slow
 def test_installed_blender_runs_the_batch(program, tmp_path):
-    packages = sysconfig.get_paths()["purelib"]
+    packages = str(ENVIRONMENT)
     out = tmp_path / "out"
     order = ["--count", "2", "--out", str(out), "--seed", "5"]
     done = run(program, *order, PYTHONPATH=packages)
@@ -365,19 +366,156 @@ def test_installed_blender_runs_the_batch(program, tmp_path):
 
 @pytest.mark.slow
 def test_workers_of_an_installed_blender_are_blenders(program, tmp_path):
-    packages = sysconfig.get_paths()["purelib"]
+    packages = str(ENVIRONMENT)
     done = run(program, "--count", "251", "--out", str(tmp_path), "--engine", "contours",
                "--jobs", "2", PYTHONPATH=packages)  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(list(tmp_path.glob("shard-*.tar"))) == 2
 
 
+@pytest.fixture
+def bare_copy(tmp_path) -> Path:
+    """The batch entry in a copy of this repository, beside which no environment lies."""
+    copy = tmp_path / "a copy"
+    for package in ("dataset_gen", "facs_rig"):
+        shutil.copytree(
+            BATCH.parents[1] / package, copy / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
+    return copy / "dataset_gen" / BATCH.name
+
+
 @pytest.mark.slow
-def test_installed_blender_says_which_packages_are_missing(program, tmp_path):
-    done = run(program, "--count", "1", "--out", str(tmp_path / "out"), PATH="/usr/bin:/bin")
-    if done.returncode == 0:
-        pytest.skip("this Blender finds every package")
+def test_installed_blender_says_which_packages_are_missing(program, bare_copy, tmp_path):
+    """However it was installed: with numpy and more, with numpy alone, without any."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    kept |= {"PATH": "/usr/bin:/bin", "PWD": str(tmp_path)}  # Blender goes by PWD
+
+    def blender(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [*program[:-1], *arguments], env=kept, cwd=tmp_path,
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    asks = (
+        "import importlib.util as u; print('HAS', *filter(u.find_spec, ('numpy', 'scipy', 'PIL')))"
+    )
+    said = blender("--python-expr", asks).stdout
+    (line,) = [line for line in said.splitlines() if line.startswith("HAS")]
+    wanted = {"numpy": "numpy", "scipy": "scipy", "PIL": "pillow"}
+    lacks = [package for module, package in wanted.items() if module not in line.split()]
+
+    script = os.path.relpath(bare_copy, tmp_path)
+    done = blender("-P", script, "--", "--count", "1", "--out", "out", "--seed", "5")
+    if not lacks:
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert len(list(read_shards(tmp_path / "out"))) == 1
+        return
     assert done.returncode == 2
-    assert "does not find" in done.stderr
+    assert f"does not find {', '.join(lacks)};" in done.stderr
     assert "PYTHONPATH=DIR" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def packages_there(folder: Path, **modules: str) -> Path:
+    """A folder of packages, each with this text, as somebody may have installed them."""
+    for name, text in modules.items():
+        place = folder.joinpath(*name.split("_of_")[::-1])
+        place.mkdir(parents=True)
+        (place / "__init__.py").write_text(text)
+    return folder
+
+
+OLD_NUMPY = "__version__ = '1.24.2'"  # without numpy.exceptions, which scipy of today asks for
+ENVIRONMENT = Path(np.__file__).parents[1]  # what these tests run with, which goes together
+
+
+@pytest.mark.slow
+def test_blenders_own_numpy_may_be_too_old_for_the_environments_scipy(program, tmp_path):
+    """As Debian's is: then numpy comes from the environment, too."""
+    own = packages_there(tmp_path / "own", numpy=OLD_NUMPY)
+    done = run(program, "--count", "1", "--out", str(tmp_path / "out"), "--seed", "5",
+               PYTHONPATH=str(own), VIRTUAL_ENV=str(ENVIRONMENT.parents[2]))  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(list(read_shards(tmp_path / "out"))) == 1
+
+
+def find_packages(own: Path, **environment: str) -> list[str]:
+    """What a Python with only `own` says, and the numpy that it has then."""
+    code = (
+        f"import runpy, sys; sys.path.insert(0, {str(own)!r})\n"
+        f"print(runpy.run_path({str(BATCH)!r})['find_packages']())\n"
+        "print(getattr(sys.modules.get('numpy'), '__file__', None))"
+    )
+    kept = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=True,
+        env=kept | {"PATH": "/usr/bin:/bin"} | environment,
+    )  # fmt: skip
+    return done.stdout.splitlines()
+
+
+def test_packages_that_go_together_come_before_a_lone_numpy(tmp_path):
+    own = packages_there(tmp_path / "own", numpy=OLD_NUMPY)
+    said, numpy = find_packages(own, PYTHONPATH=str(ENVIRONMENT))
+    assert said == "None"
+    assert Path(numpy).is_relative_to(ENVIRONMENT)
+
+
+def test_packages_of_another_python_are_passed_over(tmp_path):
+    foreign = packages_there(
+        tmp_path / "foreign", numpy="raise ImportError('of another Python')", scipy="", PIL=""
+    )
+    (foreign / "numpy" / "core").mkdir()
+    (foreign / "numpy" / "core" / "_multiarray_umath.cpython-36m-x86_64-linux-gnu.so").touch()
+    environment = str(ENVIRONMENT.parents[2])
+    said, numpy = find_packages(tmp_path, PYTHONPATH=str(foreign), VIRTUAL_ENV=environment)
+    assert said == "None"
+    assert Path(numpy).is_relative_to(ENVIRONMENT)
+
+
+def test_packages_that_do_not_go_together_are_one_sentence(tmp_path, bare_copy, monkeypatch):
+    own = packages_there(
+        tmp_path / "own",
+        numpy=OLD_NUMPY,
+        scipy="",
+        sparse_of_scipy="from numpy.exceptions import AxisError",
+        PIL="",
+        Image_of_PIL="",
+        ImageDraw_of_PIL="",
+    )
+    monkeypatch.setattr(sys.modules[__name__], "BATCH", bare_copy)
+    said, _ = find_packages(own)
+    assert "cannot use the scipy that it finds (No module named 'numpy.exceptions')" in said
+    assert "pip install --target DIR numpy scipy pillow) and set PYTHONPATH=DIR" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["contours", "freestyle"])
+def test_a_stopped_batch_leaves_nothing_half_made(program, tmp_path, engine):
+    kept = {k: v for k, v in os.environ.items() if k != "VIRTUAL_ENV"}
+    out = tmp_path / "out"
+    batch = subprocess.Popen(
+        [*program, str(BATCH), "--", "--count", "2000", "--out", str(out), "--engine", engine,
+         "--jobs", "2"],
+        env=kept | {"PYTHONPATH": str(ENVIRONMENT)}, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while len(list(out.glob(".sketch2face-*.part/*"))) < 2:
+        assert batch.poll() is None
+        time.sleep(0.05)
+    batch.send_signal(signal.SIGTERM)
+    assert "go on with --resume" in batch.communicate(timeout=60)[1]
+    assert batch.returncode == 130
+    assert not list(out.glob(".*"))
+
+
+def test_an_older_python_is_one_sentence(capsys, monkeypatch, tmp_path):
+    """As blender.org's 3.4 brings it."""
+    from dataset_gen import blender_batch
+
+    monkeypatch.setattr(blender_batch, "OLDEST", (9, 1))
+    assert blender_batch.main(["--count", "1", "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "and 9.1 or newer is needed; use Blender 4.1 or newer" in error
+    assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
