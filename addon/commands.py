@@ -380,12 +380,15 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
 
 def generate(options: argparse.Namespace) -> int:
     from dataset_gen.engine import jitted
+    from dataset_gen.folder import check_preview
     from dataset_gen.generate import generate
 
     if sys.stderr.isatty() and options.engine == "contours" and jitted() is None:
         say("numba would find the lines five times as fast: pip install numba", 0)
     if options.preview < 0:
         raise UsageError(f"--preview must be at least 0, got {options.preview}.")
+    if options.preview:
+        usage(check_preview, Path(options.out))
     started = time.perf_counter()
     with Bar("samples") as bar:
         shards = usage(
@@ -412,16 +415,20 @@ def generate(options: argparse.Namespace) -> int:
 def _preview(folder: Path, count: int) -> Path:
     """Draw the first samples of a data set on one sheet beside its shards."""
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
     from addon.sheet import grid
+    from dataset_gen.folder import MARK, PREVIEW
     from dataset_gen.generate import read_shards
     from facs_rig.files import Outputs
 
     pictures = [picture[:, :, None] for picture, _ in islice(read_shards(folder), count)]
     sheet = grid(pictures, columns=math.ceil(math.sqrt(len(pictures))), gap=4)
+    marks = PngInfo()
+    marks.add_text("Software", MARK)
     with Outputs() as outputs:
-        Image.fromarray(sheet[:, :, 0]).save(outputs.beside(folder / "preview.png"), format="PNG")
-    return folder / "preview.png"
+        Image.fromarray(sheet[:, :, 0]).save(outputs.beside(folder / PREVIEW), pnginfo=marks)
+    return folder / PREVIEW
 
 
 def train_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 import json
-import tarfile
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from facs_rig.shards import ShardError, record_of, samples_of, size_of
+
+ANGLES = ("yaw", "pitch", "roll")
 HELD_OUT = 10  # every tenth drawing is never trained on
 
 
@@ -62,7 +65,9 @@ class DataSet:
 
 
 def shard_paths(folder: Path) -> list[Path]:
-    """The folder's shards in order; raises ValueError if there is none."""
+    """The folder's shards in order; raises ValueError if there is none, or no folder."""
+    if not Path(folder).is_dir():
+        raise ValueError(f"There is no folder {folder}: `sketch2face generate --out {folder}`.")
     paths = sorted(Path(folder).glob("*.tar"))
     if not paths:
         raise ValueError(
@@ -71,44 +76,45 @@ def shard_paths(folder: Path) -> list[Path]:
     return paths
 
 
-def samples(path: Path) -> Iterator[tuple[bytes, bytes]]:
-    """The PNG and the JSON of each sample of one shard, in its order.
-
-    Members of one key stand next to each other; keys without a picture or a record are skipped.
-    """
-    with tarfile.open(path) as shard:
-        key = ""
-        parts: dict[str, bytes] = {}
-        for member in shard:
-            name, _, extension = member.name.partition(".")
-            if name != key:
-                key, parts = name, {}
-            if extension in ("png", "json"):
-                stream = shard.extractfile(member)
-                parts[extension] = stream.read() if stream else b""
-                if len(parts) == 2:
-                    yield parts["png"], parts["json"]
+def check_record(path: Path, key: str, data: bytes) -> None:
+    """ShardError unless a record tells the actions, the head's angles and the landmarks."""
+    record = record_of(path, key, data)
+    for name in ("aus", "head", "landmarks"):
+        if not (isinstance(record.get(name), dict) and record[name]):
+            raise ShardError(
+                f"{path}: {key}.json tells no {name}; `sketch2face generate` makes shards that do."
+            )
+    places = record["landmarks"].values()
+    numbers = [*record["aus"].values(), *(record["head"].get(name) for name in ANGLES)]
+    for place in places:
+        numbers += place if isinstance(place, list) and len(place) == 2 else [None]
+    if not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
+        raise ShardError(f"{path}: {key}.json holds something else where numbers belong.")
 
 
 def load(folder: Path, limit: int | None = None) -> DataSet:
     """All drawings of a folder's shards, at most `limit`.
 
-    Raises ValueError if there are none or if they are not all of one size.
+    Raises ValueError, one sentence that names the shard, if there are none, if they are not all of
+    one size, and for damaged shards, drawings and records.
     """
+    if limit is not None and limit < 1:
+        raise ValueError(f"--limit must be at least 1, got {limit}.")
     drawings: list[bytes] = []
     records: list[bytes] = []
     size = None
     for path in shard_paths(folder):
-        for png, record in samples(path):
-            with Image.open(io.BytesIO(png)) as picture:  # reads no more than its header
-                size = size or picture.size
-                if picture.size != size:
-                    raise ValueError(
-                        f"{path}: a drawing of {picture.size} stands among drawings of {size};"
-                        " train on one size."
-                    )
-            drawings.append(png)
-            records.append(record)
+        for key, parts in samples_of(path):
+            found = size_of(path, key, parts["png"])
+            size = size or found
+            if found != size:
+                raise ValueError(
+                    f"{path}: a drawing of {found} stands among drawings of {size};"
+                    " train on one size."
+                )
+            check_record(path, key, parts["json"])
+            drawings.append(parts["png"])
+            records.append(parts["json"])
             if len(records) == limit:
                 break
         if len(records) == limit:

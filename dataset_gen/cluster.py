@@ -16,7 +16,7 @@ import queue
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager
 from functools import lru_cache
@@ -25,11 +25,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import facs_rig
+from facs_rig.files import Outputs
 
 from . import arrays
 from .engine import kernels
 from .samples import Recipe
-from .shards import Whole, fill, versions
+from .shards import fill, versions
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -91,8 +92,8 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def run(client: Client, todo: dict[Path, range], recipe: Recipe) -> Iterator[int]:
-    """Have the shards made and write each as it arrives; yields the numbers of their samples.
+def run(client: Client, todo: dict[Path, range], recipe: Recipe) -> Generator[Path, None, None]:
+    """Have the shards made and write each as it arrives; yields each that is whole.
 
     Raises ValueError when the cluster is lost or a shard kills its workers; OSError of the disk.
     """
@@ -113,11 +114,11 @@ def run(client: Client, todo: dict[Path, range], recipe: Recipe) -> Iterator[int
             path, indices = places.pop(future)
             worker, told, data = _result(client, future, path)
         _check(worker, told, recipe)  # it may have joined later
-        with Whole(path) as beside:
-            beside.write_bytes(data)
+        with Outputs() as outputs:
+            outputs.beside(path).write_bytes(data)
         future.release()
         del future, data
-        yield len(indices)
+        yield path
 
 
 def _result(client: Client, future: Future, path: Path) -> tuple[str, dict, bytes]:

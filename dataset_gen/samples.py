@@ -37,7 +37,9 @@ class Recipe:
     meshes: bool = False
 
     def check(self) -> None:
-        """ValueError for an unknown scheme or engine, or one that cannot draw here."""
+        """ValueError for a negative seed, an unknown scheme or engine, or one that cannot draw."""
+        if self.seed < 0:
+            raise ValueError(f"--seed must be at least 0, got {self.seed}")
         if self.engine not in ENGINES:
             raise ValueError(
                 f"there is no engine '{self.engine}'; choose from: {', '.join(ENGINES)}"

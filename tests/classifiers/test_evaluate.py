@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -181,3 +183,42 @@ def test_baselines_need_a_test_set(capsys, tmp_path):
     assert "--data" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         evaluate.main(["--data", str(tmp_path), "--split", "nonsense"])
+
+
+def damaged(folder: Path, cartoons: Path, how: str) -> None:
+    """A copy of a data set whose second shard is not as it should be."""
+    shutil.copytree(cartoons, folder)
+    shard = sorted(folder.glob("*.tar"))[-1]
+    data = shard.read_bytes()
+    changes = {
+        "torn": lambda: data[: len(data) // 2],
+        "without its end": lambda: data.rstrip(b"\0") + bytes(-len(data.rstrip(b"\0")) % 512),
+        "empty": lambda: b"",
+        "no tar": lambda: b"<html>not found</html>" * 100,
+        "a record without actions": lambda: data.replace(b'"aus"', b'"xus"'),
+        "a record with words": lambda: data.replace(b'"yaw": ', b'"yaw":"'),
+        "a picture with a flipped bit": lambda: data.replace(b"IDAT", b"IDAU", 1),
+    }
+    shard.write_bytes(changes[how]())
+
+
+@pytest.mark.parametrize(
+    "how",
+    ["torn", "without its end", "empty", "no tar", "a record without actions",
+     "a record with words", "a picture with a flipped bit"],
+)  # fmt: skip
+def test_an_odd_shard_is_one_sentence(tmp_path, cartoons, capsys, how):
+    from addon.cli import main
+
+    damaged(tmp_path / "data", cartoons, how)
+    assert main(["evaluate", "--data", str(tmp_path / "data")]) == 2
+    captured = capsys.readouterr()
+    assert str(sorted((tmp_path / "data").glob("*.tar"))[-1]) in captured.err
+    assert captured.err.count("\n") == 1
+    with pytest.raises(ValueError, match="shard-000001.tar"):
+        shards.load(tmp_path / "data")
+
+
+def test_a_limit_that_is_none(cartoons, capsys):
+    assert evaluate.main(["--data", str(cartoons), "--limit", "0"]) == 2
+    assert "--limit must be at least 1, got 0" in capsys.readouterr().err

@@ -131,6 +131,7 @@ def test_an_interrupt_drops_what_is_pending(tmp_path, dask, undisturbed):
     with pytest.raises(KeyboardInterrupt):
         generate(COUNT, folder, seed=SEED, dask=dask.scheduler_address, progress=interrupt)
     left = contents(folder)
+    del left["unfinished.json"]  # the checksum of the one shard
     assert len(left) == 1
     assert left.items() <= undisturbed.items()
     assert soon(lambda: not dask.scheduler.tasks)
@@ -242,7 +243,7 @@ def test_a_worker_with_other_packages_that_joins_later(tmp_path, dask, monkeypat
 
     with pytest.raises(ValueError, match="numpy 0.5"):
         generate(COUNT, tmp_path, seed=SEED, dask=dask.scheduler_address, progress=another)
-    assert len(contents(tmp_path)) == 1
+    assert len(list(tmp_path.glob("shard-*.tar"))) == 1
 
 
 def test_a_worker_without_our_package(tmp_path, dask):
