@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -125,9 +126,21 @@ def face_lines(
 
 
 def contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
-    """The lines that nearly every drawing has: outlines, brows, irises, lips."""
+    """The lines that nearly every drawing has: outlines, brows, irises, lips.
+
+    They are drawn in pixels half as large as their points are apart.
+    """
     step = max(SPACING * HEAD * camera.scale[0], 1.0)
-    return face_lines(rig, posed, camera, kinds=("contour",), step=step)
+    pixel = max(step / 2, 1.0)
+    coarse = replace(
+        camera,
+        width=math.ceil(camera.width / pixel),
+        height=math.ceil(camera.height / pixel),
+        scale=(camera.scale[0] / pixel, camera.scale[1] / pixel),
+        centre=(camera.centre[0] / pixel, camera.centre[1] / pixel),
+    )
+    found = face_lines(rig, posed, coarse, kinds=("contour",), step=step / pixel)
+    return replace(found, lines=Lines(found.lines.points * pixel, found.lines.along))
 
 
 @dataclass(frozen=True)

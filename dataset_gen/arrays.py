@@ -11,10 +11,18 @@ from .compiled import chain as chain_lists
 
 
 def vertex_normals(vertices, triangles):
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    total = _sums(triangles, _cross(b - a, c - a), len(vertices))
-    length = np.sqrt(np.einsum("ij,ij->i", total, total))
-    return total / np.maximum(length, 1e-20)[:, None]
+    a, b, c = corners = _columns(triangles, np.intp)
+    axes = _columns(vertices, np.float64)
+    first = [axis[a] for axis in axes]
+    u = [axis[b] - at for axis, at in zip(axes, first, strict=True)]
+    v = [axis[c] - at for axis, at in zip(axes, first, strict=True)]
+    around = np.concatenate(corners)
+    x, y, z = (
+        np.bincount(around, np.tile(u[i] * v[j] - u[j] * v[i], 3), len(vertices))
+        for i, j in ((1, 2), (2, 0), (0, 1))
+    )
+    length = np.maximum(np.sqrt(x * x + y * y + z * z), 1e-20)
+    return np.stack([x / length, y / length, z / length], axis=1)
 
 
 def radial_curvature(vertices, triangles, chosen, normals, view):
@@ -172,32 +180,40 @@ def topmost(pixels, z, triangles, points):
     col, row = np.minimum(((points - left) * per).astype(np.int64), side - 1).T
     cell = row * side + col
     order = np.argsort(cell, kind="stable")
-    start = np.searchsorted(cell[order], np.arange(side * side + 1))
+    start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=side * side))])
+    corners = _columns(triangles, np.intp)
+    u, v = _columns(pixels, np.float64)
+    (au, bu, cu), (av, bv, cv) = ([axis[corner] for corner in corners] for axis in (u, v))
+    area = (bu - au) * (cv - av) - (bv - av) * (cu - au)
+    seen = np.flatnonzero(area < 0)
     # Most triangles lie over no point: how many there are in their cells, by a table of sums.
     sums = np.zeros((side + 1, side + 1), dtype=np.int32)
     sums[1:, 1:] = np.diff(start).reshape(side, side).cumsum(axis=0).cumsum(axis=1)
-    place = np.clip((pixels - left) * per, 0, side - 1).astype(np.int32)
-    corner = [place[triangles[:, k]] for k in range(3)]
-    first = np.minimum(np.minimum(corner[0], corner[1]), corner[2])
-    last = np.maximum(np.maximum(corner[0], corner[1]), corner[2])
-    (u0, v0), (u1, v1) = first.T, last.T + 1
-    seen = np.flatnonzero(sums[v1, u1] - sums[v0, u1] - sums[v1, u0] + sums[v0, u0])
-    a, b, c = (pixels[triangles[seen, k]] for k in range(3))
-    area = _turn(b - a, c - a)
-    faces = np.flatnonzero(area < 0)
-    seen, a, b, c, area = seen[faces], a[faces], b[faces], c[faces], area[faces]
-    first, last = first[seen].astype(np.int64), last[seen].astype(np.int64)
-    one, rows = _spread(last[:, 1] - first[:, 1] + 1)  # every row of cells of every triangle
-    rows = (first[one, 1] + rows) * side
-    begin = start[rows + first[one, 0]]
-    pair, place = _spread(start[rows + last[one, 0] + 1] - begin)  # every point in that row
-    near = one[pair]
-    i, t = order[begin[pair] + place], seen[near]
-    p, a, b, c, area = points[i], a[near], b[near], c[near], area[near]
-    wa, wb = _turn(c - b, p - b) / area, _turn(a - c, p - c) / area
+    sums, wide = sums.ravel(), side + 1
+    ends = []
+    for ends_of, begin, scale in (((au, bu, cu), left[0], per[0]), ((av, bv, cv), left[1], per[1])):
+        one, two, three = (at[seen] for at in ends_of)
+        for most in (np.minimum, np.maximum):
+            place = (most(most(one, two), three) - begin) * scale
+            ends.append(np.clip(place, 0, side - 1).astype(np.int64))
+    u0, u1, v0, v1 = ends
+    low, high = v0 * wide, (v1 + 1) * wide
+    over = sums[high + u1 + 1] - sums[low + u1 + 1] - sums[high + u0] + sums[low + u0]
+    over = np.flatnonzero(over)
+    seen, u0, u1, v0, v1 = seen[over], u0[over], u1[over], v0[over], v1[over]
+    one, rows = _spread(v1 - v0 + 1)  # every row of cells of every triangle
+    rows = (v0[one] + rows) * side
+    begin = start[rows + u0[one]]
+    pair, place = _spread(start[rows + u1[one] + 1] - begin)  # every point in that row
+    i, t = order[begin[pair] + place], seen[one[pair]]
+    pu, pv = (axis[i] for axis in _columns(points, np.float64))
+    bu, cu, bv, cv, area = bu[t], cu[t], bv[t], cv[t], area[t]
+    au, av = au[t], av[t]
+    wa = ((cu - bu) * (pv - bv) - (cv - bv) * (pu - bu)) / area
+    wb = ((au - cu) * (pv - cv) - (av - cv) * (pu - cu)) / area
     inside = np.flatnonzero((wa >= -1e-9) & (wb >= -1e-9) & (wa + wb <= 1 + 1e-9))
     i, t, wa, wb = i[inside], t[inside], wa[inside], wb[inside]
-    za, zb, zc = z[triangles[t]].T
+    za, zb, zc = (z[corner[t]] for corner in corners)
     here = wa * za + wb * zb + (1 - wa - wb) * zc
     np.maximum.at(depth, i, here)
     won = np.flatnonzero(here == depth[i])[::-1]  # of several, the first triangle
@@ -237,5 +253,6 @@ def _cross(a, b):
     )
 
 
-def _turn(a, b):
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+def _columns(array, kind):
+    """The columns of an array (n, c), each contiguous: quicker to take from than rows."""
+    return [np.ascontiguousarray(array[:, k], dtype=kind) for k in range(array.shape[1])]

@@ -16,7 +16,7 @@ from facs_rig import Camera, FaceParameters, FaceRig
 
 from .contours import head_box
 from .deltas import runs
-from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths, spacing
+from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -107,7 +107,7 @@ def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[
     """
     head = HEAD * camera.scale[0]
     pair, _ = nearest_lines(drawn=model, asked=drawn, turn=ANSWERS * head, reach=ANSWERS * head)
-    step = spacing(drawn.points)
+    step = drawn.spacing
     found = []
     for path in paths(drawn.points, 1.6 * step):
         lost = pair[path] < 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,11 @@ class Lines:
 
     points: NDArray[np.float64]
     along: NDArray[np.float64]
+
+    @cached_property
+    def spacing(self) -> float:
+        """See `spacing`; of a drawing's lines it is asked for again and again."""
+        return spacing(self.points)
 
 
 @dataclass(frozen=True)
@@ -141,7 +147,7 @@ def polylines(lines: Lines, tolerance: float = 0.5) -> list[NDArray[np.float64]]
 
     Douglas & Peucker 1973, "Algorithms for the reduction of the number of points".
     """
-    ordered = paths(lines.points, 1.6 * spacing(lines.points))
+    ordered = paths(lines.points, 1.6 * lines.spacing)
     return [few_cornered(lines.points[path], tolerance) for path in ordered]
 
 

@@ -138,17 +138,18 @@ def unfold(
     vertices : (n, 3) float, metres, the face before the offsets (n, 3)
     """
     skin = np.flatnonzero(rig.parts["skin"])
-    place = np.cumsum(rig.parts["skin"]) - 1
-    triangles = rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)]
-    before = _normals(vertices, triangles)
+    triangles = skin_triangles(rig)  # numbered within the skin
+    before = _normals(vertices[skin], triangles)
     result = np.array(offsets, dtype=np.float64)
     for _ in range(UNFOLDINGS):
-        turned = np.einsum("ij,ij->i", before, _normals(vertices + result, triangles)) <= 0
+        turned = (
+            np.einsum("ij,ij->i", before, _normals(vertices[skin] + result[skin], triangles)) <= 0
+        )
         turned &= np.einsum("ij,ij->i", before, before) > 0
         if not turned.any():
             return result
         hot = np.zeros(len(skin))
-        hot[place[triangles[turned].ravel()]] = 1.0
+        hot[triangles[turned].ravel()] = 1.0
         around = smoother @ (smoother @ hot) > 0
         own = result[skin]
         own[around] = (smoother @ own)[around]
@@ -157,8 +158,10 @@ def unfold(
 
 
 def _normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.float64]:
-    a, b, c = (vertices[triangles[:, k]].astype(np.float64) for k in range(3))
-    return np.cross(b - a, c - a)
+    axes = [np.ascontiguousarray(axis, dtype=np.float64) for axis in vertices.T]
+    a, b, c = ([axis[triangles[:, k]] for axis in axes] for k in range(3))
+    u, v = ([at - one for at, one in zip(ends, a, strict=True)] for ends in (b, c))
+    return np.stack([u[i] * v[j] - u[j] * v[i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
 @lru_cache(maxsize=2)

@@ -23,7 +23,7 @@ from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, IDENTITY, target_weights
 from facs_rig.rotation import rotation
 
-from .lines import Draw, Lines, nearest_lines, spacing
+from .lines import Draw, Lines, nearest_lines
 
 __all__ = ["HEAD", "Evidence", "fit_shape", "skull_triangles", "under_hair"]
 
@@ -283,7 +283,7 @@ def under_hair(
     if over.any() and len(drawn.points):
         reach = AROUND * head
         count = cKDTree(drawn.points).query_ball_point(points[over], reach, return_length=True)
-        found[over] = count * spacing(drawn.points) > CROWD * 2 * reach  # one line is as long
+        found[over] = count * drawn.spacing > CROWD * 2 * reach  # one line is as long
     return found
 
 
