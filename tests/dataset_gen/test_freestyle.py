@@ -504,7 +504,7 @@ def test_a_stopped_batch_leaves_nothing_half_made(program, tmp_path, engine):
         assert batch.poll() is None
         time.sleep(0.05)
     batch.send_signal(signal.SIGTERM)
-    assert "go on with --resume" in batch.communicate(timeout=60)[1]
+    assert "go on with --resume" in batch.communicate(timeout=600)[1]
     assert batch.returncode == 130
     assert not list(out.glob(".*"))
 
