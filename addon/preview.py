@@ -75,10 +75,12 @@ def paint(
     weights = barycentric(vertices, rig.triangles, fine, owner, u + 0.5, v + 0.5)
 
     def at_pixels(values: NDArray) -> NDArray:
-        return np.einsum("kc,kcd->kd", weights, values[rig.triangles[owner]])
+        corners = zip(weights.T, rig.triangles[owner].T, strict=True)
+        return sum(weight[:, None] * values[corner] for weight, corner in corners)
 
     normals = at_pixels(vertex_normals(vertices, rig.triangles, rig.corners))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    x, y, z = normals.T
+    normals /= np.maximum(np.sqrt(x * x + y * y + z * z), 1e-9)[:, None]
     light = np.full(len(normals), AMBIENT)
     for direction, strength in LAMPS:
         toward = np.array(direction) / np.linalg.norm(direction)
@@ -89,8 +91,9 @@ def paint(
     linear = np.array([colour[:3] for colour, _ in MATERIALS.values()])
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
     picture[v, u] = 255 * srgb(linear[material] * np.clip(light, 0, 1.1)[:, None])
-    blocks = (camera.height, FINER, camera.width, FINER, 3)
-    return np.clip(picture.reshape(blocks).mean(axis=(1, 3)), 0, 255).astype(np.uint8)
+    rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
+    mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
+    return np.clip(mean, 0, 255).astype(np.uint8)
 
 
 def _close_up(

@@ -82,10 +82,13 @@ def face_topology(rig: FaceRig) -> FaceTopology:
         hairs = [part[name] for name in HAIR_PARTS]
         index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
         owner = rig.triangle_part[index]
-        found = {name: _under(rig.triangles, *stroke) for name, stroke in rig.strokes.items()}
+        around = _around(rig.triangles)
+        found = {
+            name: _under(rig.triangles, around, *stroke) for name, stroke in rig.strokes.items()
+        }
         for name, curve in rig.curves.items():
             if not curve.lift.any():
-                found[name] = _under(rig.triangles, curve.index, curve.weight)
+                found[name] = _under(rig.triangles, around, curve.index, curve.weight)
         _faces[rig] = FaceTopology(
             Topology.of(rig.triangles[index]),
             index,
@@ -97,20 +100,24 @@ def face_topology(rig: FaceRig) -> FaceTopology:
     return _faces[rig]
 
 
+def _around(triangles: NDArray) -> tuple[NDArray, NDArray]:
+    """The triangles of one vertex after another, and (n,) how many each vertex has."""
+    flat = triangles.ravel()
+    return np.argsort(flat, kind="stable") // 3, np.bincount(flat)
+
+
 def _under(
-    triangles: NDArray, index: NDArray, weight: NDArray
+    triangles: NDArray, around: tuple[NDArray, NDArray], index: NDArray, weight: NDArray
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]] | None:
     """Triangle (k,) and barycentric weights (k, 3) of points given by vertices and weights (k, 3).
 
-    None if a point is not on a triangle.
+    around : see `_around`. None if a point is not on a triangle.
     """
-    flat = triangles.ravel()
-    around = np.argsort(flat, kind="stable") // 3  # the triangles of one vertex after another
-    uses = np.bincount(flat)
+    owners, uses = around
     at = index[np.arange(len(index)), np.abs(weight).argmax(axis=1)]
     row = np.repeat(np.arange(len(index)), uses[at])
     place = np.arange(len(row)) - np.repeat(np.cumsum(uses[at]) - uses[at], uses[at])
-    near = around[(np.cumsum(uses) - uses)[at][row] + place]
+    near = owners[(np.cumsum(uses) - uses)[at][row] + place]
     has = triangles[near][:, :, None] == index[row][:, None, :]  # (pairs, corners, vertices)
     fits = np.flatnonzero((has.any(axis=1) | (weight[row] == 0)).all(axis=1))
     found, first = np.unique(row[fits], return_index=True)

@@ -58,7 +58,10 @@ def main() -> None:
         print(f"{name:28s} {median_ms(call):8.1f} ms")
     for path in [Path(p) for p in sys.argv[1:]] or SKETCHES:
         pipeline.fit(path)
-        laps = [pipeline.fit(path).timings_s for _ in range(ROUNDS)]
+        fits = [pipeline.fit(path) for _ in range(ROUNDS)]
+        for fit in fits:
+            pipeline.report(fit)
+        laps = [fit.timings_s for fit in fits]
         stages = {s: 1e3 * statistics.median(lap[s] for lap in laps) for s in laps[0]}
         print(f"\nfit {path.name}, warm:")
         for stage, value in stages.items():
