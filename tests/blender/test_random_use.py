@@ -287,10 +287,9 @@ def spoil(rng):
     for face in own_faces():
         face[CUT] = True
         name = rng.choice(CONTROL_NAMES)
+        face.pop(name, None)  # as the list does to change a type
         if rng.random() < 0.5:
             face[name] = "much"
-        else:
-            face.pop(name, None)
 
 
 def a_text(rng) -> str:
@@ -339,8 +338,12 @@ def story(rng):
 
 def export(rng):
     name = rng.choice(["face", "Ännä", "nowhere/face"])
-    suffix = rng.choice([".glb", ".obj", ".ply", ".blend", ""])
-    ops.export(filepath=str(folder() / f"{name}{suffix}"), names=rng.choice(["ours", "arkit"]))
+    suffix = rng.choice([".glb", ".fbx", ".obj", ".ply", ".blend", ""])
+    ops.export(
+        filepath=str(folder() / f"{name}{suffix}"),
+        names=rng.choice(["ours", "arkit"]),
+        animation=rng.random() < 0.05,  # Blender's exporter takes half a minute
+    )
 
 
 def save_and_load(rng):
