@@ -6,6 +6,7 @@ add-on of older versions (the core lies in a folder `core` beside this file) and
 """
 
 import sys
+from importlib import invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -20,6 +21,21 @@ bl_info = {
 }
 
 _BUNDLED_CORE = Path(__file__).parent / "core"
+_CORE = ("addon", "classifiers", "dataset_gen", "facs_rig", "snakes")  # packages of ours
+
+
+def _forget() -> None:
+    """Drop the modules of an installation that this one has just replaced: Blender goes on running.
+
+    Blender itself forgets an extension's own modules, but not its wheels, and an add-on's neither.
+    """
+    parts = {name.rpartition(".")[2] for name in sys.modules if name.startswith(f"{__name__}.")}
+    for part in parts:
+        globals().pop(part, None)  # `from . import part` would take it from here
+    for name in list(sys.modules):
+        if name.partition(".")[0] in _CORE or name.startswith(f"{__name__}."):
+            del sys.modules[name]
+    invalidate_caches()
 
 
 def _find_core() -> bool:
@@ -29,31 +45,34 @@ def _find_core() -> bool:
     add-on for those versions brings the core in a folder of its own. It goes to the end of the
     path: what Blender or the artist has installed wins. Returns whether that folder is used.
     """
+    if wrong := right_zip.complaint(bpy.app.version):
+        raise ImportError(wrong, name=__name__)
     if find_spec("numpy") is None:
         raise ImportError(
             "Sketch to Face needs numpy, which this Blender does not have: install it for "
-            "Blender's Python (Debian and Ubuntu: apt install python3-numpy)."
+            "Blender's Python (Debian and Ubuntu: apt install python3-numpy).",
+            name=__name__,
         )
     if find_spec("snakes") is not None:
         return False
     if not _BUNDLED_CORE.is_dir():
         raise ImportError(
             "Sketch to Face cannot find its own core: install the zip file that `make addon` "
-            "builds instead of this folder."
-        )
-    if sys.version_info[:2] != (3, 11):
-        raise ImportError(
-            "This zip of Sketch to Face is for Blender before 4.2 with Python 3.11, this one has "
-            f"{sys.version_info[0]}.{sys.version_info[1]}: install the zip without `legacy` in its "
-            "name in Blender 4.2 or newer."
+            "builds instead of this folder.",
+            name=__name__,
         )
     sys.path.append(str(_BUNDLED_CORE))
     return True
 
 
-_bundled = _find_core()
+if __name__.partition(".")[0] not in _CORE:  # installed, not in a checkout
+    _forget()
 
 import bpy  # noqa: E402
+
+from . import right_zip  # noqa: E402
+
+_bundled = _find_core()
 
 from . import (  # noqa: E402  (the core must be found first)
     detect_operators,

@@ -7,9 +7,10 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .extension import ROOT, build_extension, build_legacy, validate
+from .extension import ROOT, build, validate
 from .lock import relock
-from .wheels import PLATFORMS, BuildError, core_wheel
+from .needs import UnknownImport
+from .wheels import PLATFORMS, SERIES, BuildError
 
 
 def _megabytes(size: int) -> str:
@@ -20,8 +21,8 @@ def _say(path: Path) -> None:
     print(f"{_megabytes(path.stat().st_size)}  {path}")
     with zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():
-            if entry.filename.endswith(".whl"):
-                print(f"{_megabytes(entry.file_size)}    {entry.filename}")
+            if "/wheels/" in entry.filename:
+                print(f"{_megabytes(entry.file_size)}    {Path(entry.filename).name}")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -32,7 +33,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="where fetched wheels are kept")  # fmt: skip
     parser.add_argument("--platform", choices=sorted(PLATFORMS), action="append",
                         help="default: all that are known")  # fmt: skip
-    parser.add_argument("--no-legacy", action="store_true", help="only Blender 4.2 and newer")
+    parser.add_argument("--blender", choices=[series.name for series in SERIES], action="append",
+                        help="for which Blenders; default: all")  # fmt: skip
     parser.add_argument("--relock", action="store_true",
                         help="write the hashes in the lock files anew, build nothing")  # fmt: skip
     options = parser.parse_args(argv)
@@ -41,14 +43,15 @@ def main(argv: list[str] | None = None) -> int:
             for lock in sorted({platform.lock for platform in PLATFORMS.values()}):
                 relock(lock)
             return 0
-        core = core_wheel(ROOT, options.cache)
         for platform in options.platform or sorted(PLATFORMS):
-            extension = build_extension(options.out, options.cache, platform, core)
-            print(validate(extension))
-            _say(extension)
-            if not options.no_legacy:
-                _say(build_legacy(options.out, options.cache, platform, core))
-    except BuildError as error:
+            for series in PLATFORMS[platform].series:
+                if options.blender and series.name not in options.blender:
+                    continue
+                made = build(options.out, options.cache, platform, series)
+                if not series.legacy:
+                    print(validate(made))
+                _say(made)
+    except (BuildError, UnknownImport) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

@@ -9,12 +9,13 @@ from pathlib import Path
 from facs_rig.files import Outputs
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip can hold
-_PACKED = (".whl", ".npz", ".png", ".jpg")  # compressed already
+_STORED = (".whl", ".npz", ".png", ".jpg", "/")  # compressed already, or nothing at all
 
 
 def write_zip(path: Path, content: Mapping[str, bytes | Path]) -> Path:
     """Write `content` (name in the archive -> bytes or file) to `path`, whole or not at all.
 
+    A name that ends in a slash is a folder, without content.
     Names are sorted, dates and permissions fixed, so that the same content gives the same bytes.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -22,10 +23,10 @@ def write_zip(path: Path, content: Mapping[str, bytes | Path]) -> Path:
         for name in sorted(content):
             value = content[name]
             entry = zipfile.ZipInfo(name, _DATE)
-            entry.external_attr = 0o644 << 16
+            entry.external_attr = 0o40755 << 16 | 0x10 if entry.is_dir() else 0o644 << 16
             entry.create_system = 3  # Unix, wherever it is built
             entry.compress_type = (
-                zipfile.ZIP_STORED if name.endswith(_PACKED) else zipfile.ZIP_DEFLATED
+                zipfile.ZIP_STORED if name.endswith(_STORED) else zipfile.ZIP_DEFLATED
             )
             archive.writestr(entry, value if isinstance(value, bytes) else value.read_bytes())
     return path

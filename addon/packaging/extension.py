@@ -1,7 +1,8 @@
-"""Puts shell and wheels together: the extension zip (4.2 and newer) and the one for 4.1."""
+"""Puts shell and wheels together: a zip for each platform and each run of Blenders."""
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -12,7 +13,8 @@ from pathlib import Path
 
 from .archive import read_zip, write_zip
 from .manual import manual
-from .wheels import OLD, BuildError, known, packed_as, third_party
+from .wheel import core_wheel, lean
+from .wheels import PLATFORMS, BuildError, Series, shipped
 
 NAME = "sketch_to_face"
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +26,29 @@ def version(root: Path = ROOT) -> str:
     if not project.is_file():
         raise BuildError(f"The add-on is built from a checkout; {project} is missing.")
     return tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"]
+
+
+def zip_name(platform: str, series: Series, root: Path = ROOT) -> str:
+    """What the zip for these Blenders on this platform is called."""
+    return f"{NAME}-{version(root)}-{platform}-blender-{series.name}.zip"
+
+
+def made_for(platform: str, series: Series, root: Path = ROOT) -> bytes:
+    """made_for.json: which zip it is and which others there are (read by the shell's right_zip)."""
+    zips = [
+        {
+            "name": zip_name(name, other, root),
+            "platform": name,
+            "python": other.python,
+            "blender": other.label,
+            "first": [int(n) for n in other.first.split(".")],
+            "beyond": [int(n) for n in other.beyond.split(".")] if other.beyond else None,
+        }
+        for name, there in PLATFORMS.items()
+        for other in there.series
+    ]
+    told = {"zip": zip_name(platform, series, root), "zips": zips}
+    return json.dumps(told, indent=1).encode()
 
 
 def shell(root: Path = ROOT) -> dict[str, bytes]:
@@ -40,44 +65,45 @@ def shell(root: Path = ROOT) -> dict[str, bytes]:
     return files
 
 
-def manifest(wheels: Sequence[str], platforms: Sequence[str], root: Path = ROOT) -> bytes:
-    """blender_manifest.toml with version, platforms and wheels filled in."""
+def manifest(wheels: Sequence[str], platform: str, series: Series, root: Path = ROOT) -> bytes:
+    """blender_manifest.toml with versions, platform and wheels filled in."""
     text = (root / "addon" / "blender" / "blender_manifest.toml").read_text(encoding="utf-8")
-    generated = "\n".join(
-        [
-            f'version = "{version(root)}"',
-            "platforms = [" + ", ".join(f'"{p}"' for p in platforms) + "]",
-            "wheels = [",
-            *(f'  "./wheels/{name}",' for name in wheels),
-            "]",
-        ]
-    )
+    generated = [
+        f'version = "{version(root)}"',
+        f'blender_version_min = "{series.first}"',
+        *([f'blender_version_max = "{series.beyond}"  # exclusive'] if series.beyond else []),
+        f'platforms = ["{platform}"]',
+        "wheels = [",
+        *(f'  "./wheels/{name}",' for name in wheels),
+        "]",
+    ]
     head, mark, tables = text.partition("\n[permissions]")
-    return f"{head.rstrip()}\n\n{generated}\n{mark}{tables}".encode()
+    return "\n".join([head.rstrip(), "", *generated, mark + tables]).encode()
 
 
-def build_extension(out: Path, cache: Path, platform: str, core: Path, root: Path = ROOT) -> Path:
-    """The zip for Blender 4.2 and newer: shell at the root, wheels for each Python beside it.
+def build(out: Path, cache: Path, platform: str, series: Series, root: Path = ROOT) -> Path:
+    """The zip for these Blenders on this platform, in `out`; the same bytes each time.
 
-    core : our own wheel, see `core_wheel`
+    All lies in one folder: a Blender before 4.2 would scatter an extension among its other add-ons
+    otherwise, and this one could not say which zip is right. There the wheels lie in `core`,
+    unpacked, since that Blender does not know them.
     """
-    wheels = {core.name: core}
-    for python in known(platform).pythons:
-        wheels |= {packed_as(wheel): wheel for wheel in third_party(platform, python, cache)}
+    wheels = [core_wheel(root, version(root), cache)]
+    for wheel in shipped(platform, series.python, cache, root):
+        wheels.append(lean(wheel, cache / "lean" / platform / series.python))
     content: dict[str, bytes | Path] = {**shell(root)}
-    content |= {f"wheels/{name}": wheel for name, wheel in wheels.items()}
-    content["blender_manifest.toml"] = manifest(sorted(wheels), [platform], root)
-    return write_zip(out / f"{NAME}-{version(root)}-{platform}.zip", content)
-
-
-def build_legacy(out: Path, cache: Path, platform: str, core: Path, root: Path = ROOT) -> Path:
-    """The zip for Blender before 4.2, which does not know wheels: they lie unpacked in `core`."""
-    content: dict[str, bytes | Path] = {f"{NAME}/{n}": data for n, data in shell(root).items()}
-    for wheel in [core, *third_party(platform, OLD, cache)]:
-        for name, data in read_zip(wheel).items():
-            if "/tests/" not in name:  # a third of scipy and scikit-image
-                content[f"{NAME}/core/{name}"] = data
-    return write_zip(out / f"{NAME}-{version(root)}-{platform}-legacy.zip", content)
+    content["made_for.json"] = made_for(platform, series, root)
+    if series.legacy:
+        for wheel in wheels:
+            content |= {f"core/{name}": data for name, data in read_zip(wheel).items()}
+    else:
+        content |= {f"wheels/{wheel.name}": wheel for wheel in wheels}
+        names = sorted(wheel.name for wheel in wheels)
+        content["blender_manifest.toml"] = manifest(names, platform, series, root)
+    # The folder by itself, too: without it Blender before 4.2 would leave the older version's files
+    # where they are, and overwrite its loaded libraries in place, which crashes it.
+    inside = {f"{NAME}/": b""} | {f"{NAME}/{name}": data for name, data in content.items()}
+    return write_zip(out / zip_name(platform, series, root), inside)
 
 
 def validator() -> Path | None:

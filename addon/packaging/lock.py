@@ -12,19 +12,14 @@ from pathlib import Path
 
 from .wheels import PLATFORMS, Platform, fetch
 
-# protobuf's macOS wheels are of the kind "universal2", which Blender 4.2.0 passes over. The one
-# without compiled parts is for everyone, and fast enough: running a network does not touch it.
-PURE = ("protobuf",)
-
 
 def _hashes(pin: str, platforms: Iterable[Platform]) -> list[str]:
     """The hashes of all files of a pinned package that some platform and Python would choose."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         for platform in platforms:
-            tags = ("any",) if pin.split("==")[0] in PURE else platform.tags
             for python in platform.pythons:
-                fetch([pin], tags, python, folder)
+                fetch([pin], platform.tags, python, folder)
         files = sorted(folder.glob("*.whl"))
         return [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
 

@@ -1,25 +1,42 @@
-"""The wheels that travel in the zip: our own core, and what it needs besides Blender's numpy."""
+"""The third-party wheels that travel in the zips: which there are, and where they come from."""
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 
-from .archive import read_zip, write_zip
+from .needs import needed
 
-PACKAGES = ("facs_rig", "classifiers", "snakes", "dataset_gen", "addon")
-# The shell is the zip's root, so the wheel leaves it out; nor does a Blender build add-ons.
-LEFT_OUT = ("addon/blender", "addon/packaging")
 HERE = Path(__file__).parent
 
 OLD, NEW = "3.11", "3.13"  # the Python of Blender 4.1 to 5.0, and of 5.1 and newer
+
+
+@dataclass(frozen=True)
+class Series:
+    """Versions of Blender that one zip is for; they have one Python."""
+
+    name: str  # in the names of zips
+    python: str
+    first: str
+    beyond: str | None  # the first version that it is no longer for
+    legacy: bool = False  # knows no extensions and no wheels
+
+    @property
+    def label(self) -> str:
+        """The versions, for people: 4.2 to 5.0."""
+        return self.name.removesuffix("-legacy").replace("-", " ")
+
+
+LEGACY = Series("3.4-to-4.1-legacy", OLD, "3.4.0", "4.2.0", legacy=True)
+SERIES = (
+    Series("4.2-to-5.0", OLD, "4.2.0", "5.1.0"),
+    Series("5.1-and-newer", NEW, "5.1.0", None),
+    LEGACY,
+)
 
 
 @dataclass(frozen=True)
@@ -29,6 +46,11 @@ class Platform:
     tags: tuple[str, ...]  # of the wheels that run there, newest first; pip adds macOS' older ones
     pythons: tuple[str, ...] = (OLD, NEW)
     lock: Path = HERE / "wheels.lock"
+
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """The Blenders there, each of which gets a zip."""
+        return tuple(series for series in SERIES if series.python in self.pythons)
 
 
 PLATFORMS = {
@@ -54,49 +76,10 @@ def known(platform: str) -> Platform:
     return PLATFORMS[platform]
 
 
-def _run(command: list[str], trouble: str, env: dict[str, str] | None = None) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
+def _run(command: list[str], trouble: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BuildError(f"{trouble}\n{done.stdout}{done.stderr}".rstrip())
-
-
-def _stage(root: Path, folder: Path) -> None:
-    """Copy what the core wheel is made of: setuptools writes into the tree that it builds."""
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        if (root / name).is_file():
-            shutil.copy(root / name, folder)
-    skipped = {(root / part).resolve() for part in LEFT_OUT}
-
-    def ignore(where: str, names: list[str]) -> set[str]:
-        here = Path(where).resolve()
-        return {n for n in names if n == "__pycache__" or here / n in skipped}
-
-    for package in PACKAGES:
-        shutil.copytree(root / package, folder / package, ignore=ignore)
-
-
-def _build_backend_is_here() -> bool:
-    try:
-        return int(metadata.version("setuptools").split(".")[0]) >= 77
-    except metadata.PackageNotFoundError:
-        return False
-
-
-def core_wheel(root: Path, out: Path) -> Path:
-    """Build our own wheel from the checkout `root` into `out`; the same bytes each time."""
-    with tempfile.TemporaryDirectory() as temporary:
-        source = Path(temporary) / "source"
-        source.mkdir()
-        _stage(root, source)
-        command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir",
-                   temporary, str(source)]  # fmt: skip
-        if _build_backend_is_here():
-            command.append("--no-build-isolation")
-        environment = dict(os.environ, SOURCE_DATE_EPOCH="315532800")
-        _run(command, "The core wheel could not be built:", env=environment)
-        (built,) = Path(temporary).glob("sketch_to_face-*.whl")
-        out.mkdir(parents=True, exist_ok=True)
-        return write_zip(out / built.name, read_zip(built))
 
 
 def fetch(what: Sequence[str], tags: Sequence[str], python: str, folder: Path) -> None:
@@ -112,6 +95,23 @@ def fetch(what: Sequence[str], tags: Sequence[str], python: str, folder: Path) -
     for tag in tags:
         pip += ["--platform", tag]
     _run([*pip, *what], "The wheels could not be fetched; is there a network?")
+
+
+def shipped(platform: str, python: str, cache: Path, root: Path) -> list[Path]:
+    """Those of the locked wheels that the add-on of the checkout `root` can import from.
+
+    Raises BuildError for what it imports and no wheel has.
+    """
+    used, lacking = needed(root, third_party(platform, python, cache))
+    if lacking:
+        who = "; ".join(
+            f"{name}, imported by {', '.join(sorted(by))}" for name, by in lacking.items()
+        )
+        raise BuildError(
+            f"What ships imports what it does not bring: {who}. Name it in the lock files, or in "
+            "OPTIONAL (addon/packaging/needs.py) if the add-on works without it."
+        )
+    return used
 
 
 def third_party(platform: str, python: str, cache: Path) -> list[Path]:
@@ -147,16 +147,3 @@ def locked(lock: Path) -> list[str]:
     lines = lock.read_text(encoding="utf-8").splitlines()
     pins = [line.split()[0] for line in lines if line[:1].isalnum()]
     return sorted(pin.replace("-", "_").lower() for pin in pins)
-
-
-def packed_as(wheel: Path) -> str:
-    """The wheel's file name in the zip: wheels for the newer Python get the build number 0.
-
-    Blender 4.2.0 does not look at a wheel's Python. Of two with the same version it takes
-    the one whose file name sorts last, which would be cp313, and cannot import it; `-0-cp313`
-    sorts before `-cp311`. Newer Blenders look at the Python and do not mind the number.
-    """
-    name, version, *rest = wheel.name.split("-")
-    if rest[0] == "cp" + NEW.replace(".", ""):
-        rest.insert(0, "0")
-    return "-".join([name, version, *rest])

@@ -1,38 +1,45 @@
-"""The zip that `make addon` builds: what is in it, that it is the same again, that it installs."""
+"""The zips that `make addon` builds: what is in them, that they are the same again, that each
+installs in a Blender that sees nothing else, and that everything works there."""
 
 from __future__ import annotations
 
-import hashlib
+import csv
+import io
 import json
-import os
 import re
 import shutil
-import subprocess
 import sys
 import tomllib
 import zipfile
-from importlib import metadata
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from base64 import urlsafe_b64encode
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
+import trimesh
 from packaging.requirements import Requirement
+from scipy.spatial import cKDTree
 
-from addon.packaging import extension, wheels
-from facs_rig import ARKIT_NAMES, load_rig
+from addon.packaging import extension, needs, wheels
+from addon.packaging.archive import read_zip, write_zip
+from addon.packaging.wheel import BUILD, core_wheel, lean
+from facs_rig import ARKIT_NAMES, CONTROL_NAMES, load_rig
 from facs_rig.identity import IDENTITY_KEYS
 
 from .conftest import ROOT, SKETCH
-from .newer_blender import NEEDS, Missing, blender_5_2, python_3_13
+from .newer_blender import Missing, python_3_13
+from .zips import BLENDERS, Blender, older_zip, top_level
 
 PLATFORM = "linux-x64"
 CACHE = ROOT / "build" / "wheels"
-INSTALL = Path(__file__).with_name("install_and_press.py")
-# What the bpy wheel needs to start; everything else has to come out of the zip.
-BLENDER_ITSELF = ("bpy", "numpy", "numpy.libs", "requests", "urllib3", "idna", "certifi",
-                  "charset_normalizer", "zstandard")  # fmt: skip
+PRESS = Path(__file__).with_name("press_everything.py")
+PREVIOUS, LATEST, LEGACY = wheels.SERIES
 # The oldest and the newest numpy that comes with a Blender of this Python.
 BLENDERS_NUMPY = {"3.11": ("1.24.3", "1.26.4"), "3.13": ("2.2.0", "2.4.0")}
+LARGEST = 90e6  # bytes
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux" or sys.version_info[:2] != (3, 11),
@@ -41,39 +48,28 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def core(tmp_path_factory) -> Path:
-    return wheels.core_wheel(ROOT, tmp_path_factory.mktemp("core"))
+def built(tmp_path_factory):
+    """Function: the zip for these Blenders on this platform; built when it is first asked for."""
+    folder = tmp_path_factory.mktemp("dist")
 
+    @cache
+    def make(series: wheels.Series, platform: str = PLATFORM) -> Path:
+        return extension.build(folder, CACHE, platform, series)
 
-@pytest.fixture(scope="module")
-def archive(tmp_path_factory, core) -> Path:
-    return extension.build_extension(tmp_path_factory.mktemp("dist"), CACHE, PLATFORM, core)
-
-
-@pytest.fixture(scope="module")
-def legacy(tmp_path_factory, core) -> Path:
-    return extension.build_legacy(tmp_path_factory.mktemp("dist"), CACHE, PLATFORM, core)
-
-
-def canonical(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
+    return make
 
 
 def locked(platform: str = PLATFORM) -> dict[str, str]:
-    pins = wheels.locked(wheels.PLATFORMS[platform].lock)
-    return {canonical(n): v for n, v in (pin.split("==") for pin in pins)}
+    return dict(pin.split("==") for pin in wheels.locked(wheels.PLATFORMS[platform].lock))
 
 
-def test_lock_is_the_real_dependency_set_without_numpy():
-    needed, todo = set(), ["scipy", "scikit-image", "onnxruntime"]
-    while todo:
-        name = canonical(todo.pop())
-        if name in needed or name == "numpy":
-            continue
-        needed.add(name)
-        todo += [re.match(r"[\w.-]+", r)[0] for r in metadata.requires(name) or ()
-                 if "extra ==" not in r]  # fmt: skip
-    assert set(locked()) == needed
+# --- what is in them ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("python", [wheels.OLD, wheels.NEW])
+def test_the_lock_names_exactly_what_the_shipped_code_can_import(python):
+    locked_wheels = wheels.third_party(PLATFORM, python, CACHE)
+    assert needs.needed(ROOT, locked_wheels) == (locked_wheels, {})
 
 
 def test_lock_follows_the_constraints_except_for_scipy():
@@ -81,7 +77,7 @@ def test_lock_follows_the_constraints_except_for_scipy():
     for line in (ROOT / "constraints.txt").read_text().splitlines():
         name, equals, version = line.split("#")[0].strip().partition("==")
         if equals:
-            pins[canonical(name)] = version
+            pins[name.lower().replace("-", "_")] = version
     others = {n: v for n, v in locked().items() if n != "scipy"}
     assert others == {n: pins[n] for n in others}
     # scipy 1.16 needs a newer numpy than Blender 4.1 to 4.3 bring
@@ -93,101 +89,133 @@ def test_intel_macs_differ_in_onnxruntime_alone():
     assert {n for n in here.keys() | there.keys() if here.get(n) != there.get(n)} == {"onnxruntime"}
 
 
-def check_content(archive: Path, platform: str) -> None:
-    """The shell, a manifest that names every wheel, and of each package one wheel a Python."""
+class Inside(NamedTuple):
+    """A zip, opened: names without the folder that all lies in, and the wheels' own files."""
+
+    names: set[str]
+    manifest: dict
+    wheels: dict[str, dict[str, bytes]]
+
+
+def look_into(archive: Path) -> Inside:
+    content = {n.partition("/")[2]: data for n, data in read_zip(archive).items()}
+    manifest = tomllib.loads(content.get("blender_manifest.toml", b"").decode())
+    inside = {Path(n).name: read_bytes(content[n]) for n in content if n.startswith("wheels/")}
     with zipfile.ZipFile(archive) as opened:
-        names = opened.namelist()
-        manifest = tomllib.loads(opened.read("blender_manifest.toml").decode())
-        ours = next(n for n in names if n.startswith("wheels/sketch_to_face-"))
-        with opened.open(ours) as stream, zipfile.ZipFile(stream) as wheel:
-            core = wheel.namelist()
-        inside = [n for n in names if n.startswith("wheels/")]
-        for name in inside:
-            check_wheel(opened, name, platform)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert manifest["version"] == project["version"]
-    assert manifest["platforms"] == [platform]
-    assert sorted(manifest["wheels"]) == sorted(f"./{n}" for n in inside)
-    assert not [n for n in names + core if "numpy" in n.lower()]
-    assert {p.name for p in (ROOT / "addon" / "blender").glob("*.py")} | {"LICENSE"} <= set(names)
-    assert {n.split("/")[0] for n in core if "dist-info" not in n} == set(wheels.PACKAGES)
-    assert "facs_rig/data/head.npz" in core and "addon/pipeline.py" in core
-    assert not [n for n in core if n.startswith(wheels.LEFT_OUT)]
-
-    for python in wheels.PLATFORMS[platform].pythons:
-        loaded = [canonical(Path(n).name.split("-")[0]) for n in inside if loads(n, python)]
-        assert sorted(loaded) == sorted([*locked(platform), "sketch-to-face"])
+        assert {n.split("/")[0] for n in opened.namelist()} == {extension.NAME}
+        assert f"{extension.NAME}/" in opened.namelist()  # or an older version stays in between
+    return Inside(set(content), manifest, inside)
 
 
-def loads(wheel: str, python: str) -> bool:
-    """Whether a wheel of this name is for this Python."""
-    return wheel.split("-")[-3] in ("cp" + python.replace(".", ""), "py3", "py2.py3")
+def read_bytes(data: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(data)) as opened:
+        return {i.filename: opened.read(i) for i in opened.infolist() if not i.is_dir()}
 
 
-def check_wheel(opened: zipfile.ZipFile, name: str, platform: str) -> None:
-    """It is for this platform, and content with the numpy of each Blender that loads it."""
+def check_content(archive: Path, platform: str, series: wheels.Series) -> None:
+    """Small; the shell; a manifest that names every wheel; of each package one wheel, for here."""
+    assert archive.stat().st_size < LARGEST
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    assert archive.name == f"sketch_to_face-{version}-{platform}-blender-{series.name}.zip"
+    inside = look_into(archive)
+    shell = {p.name for p in (ROOT / "addon" / "blender").glob("*.py")}
+    assert shell | {"LICENSE", "made_for.json", "manual/index.html"} <= inside.names
+    assert not [n for n in inside.names if "numpy" in n.lower().split("/")[0]]
+    if series.legacy:
+        return
+    told = inside.manifest
+    assert told["version"] == version and told["platforms"] == [platform]
+    assert told["blender_version_min"] == series.first
+    assert told.get("blender_version_max") == series.beyond
+    assert sorted(told["wheels"]) == sorted(f"./wheels/{n}" for n in inside.wheels)
+    packages = sorted(name.split("-")[0] for name in inside.wheels)
+    assert packages == sorted([*locked(platform), "sketch_to_face"])
+    for name, files in inside.wheels.items():
+        check_wheel(name, files, platform, series.python)
+
+
+def check_wheel(name: str, files: dict[str, bytes], platform: str, python: str) -> None:
+    """It is for this platform, Python and numpy; its RECORD is true; its licence is in it."""
     system, machine = {"linux-x64": ("manylinux", "x86_64"), "windows-x64": ("win", "amd64"),
                        "macos-arm64": ("macosx", "arm64"),
                        "macos-x64": ("macosx", "x86_64")}[platform]  # fmt: skip
-    where = name.removesuffix(".whl").split("-")[-1]
+    *_, interpreter, _, where = name.removesuffix(".whl").split("-")
     # of the last part, since a wheel may carry several: manylinux_2_17_x86_64.manylinux2014_x86_64
     assert where == "any" or where.startswith(system) and where.endswith(machine), name
-    with opened.open(name) as stream, zipfile.ZipFile(stream) as wheel:
-        (meta,) = [n for n in wheel.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", n)]
-        asks = re.findall(r"^Requires-Dist: (numpy\b[^;\n]*)$", wheel.read(meta).decode(), re.M)
-    if "sketch_to_face" in name:  # Blender does not read it; pyproject.toml is for pip
-        return
-    for python in wheels.PLATFORMS[platform].pythons:
-        if loads(name, python):
-            for version in BLENDERS_NUMPY[python]:
-                assert all(version in Requirement(r.strip()).specifier for r in asks), (name, asks)
+    assert interpreter in ("py3", "cp" + python.replace(".", "")), name
+    (meta,) = [n for n in files if re.fullmatch(r"[^/]+\.dist-info/METADATA", n)]
+    asks = re.findall(r"^Requires-Dist: (numpy\b[^;\n]*)$", files[meta].decode(), re.M)
+    for version in BLENDERS_NUMPY[python]:
+        assert all(version in Requirement(r.strip()).specifier for r in asks), (name, asks)
+    assert [n for n in files if re.search("licen[sc]e", n, re.I) and files[n]], name
+    rows = {row[0]: row[1:] for row in csv.reader(files[meta.replace("METADATA", "RECORD")]
+            .decode().splitlines())}  # fmt: skip
+    assert rows.keys() == files.keys(), name
+    for file, (digest, size) in rows.items():
+        if digest:
+            said = urlsafe_b64encode(sha256(files[file]).digest()).rstrip(b"=").decode()
+            assert (digest, int(size)) == (f"sha256={said}", len(files[file])), (name, file)
 
 
-def test_zip_is_the_shell_with_the_wheels_beside_it(archive):
-    check_content(archive, PLATFORM)
-
-
-def test_a_blender_that_does_not_look_at_the_python_takes_the_wheels_for_3_11(archive):
-    """Blender 4.2.0: of several wheels of a package its tool skips all but one."""
-    file = extension.validator().parents[3] / "modules/_bpy_internal/extensions/wheel_manager.py"
-    spec = spec_from_file_location("wheel_manager", file)
-    manager = module_from_spec(spec)
-    spec.loader.exec_module(manager)
-    with zipfile.ZipFile(archive) as opened:
-        inside = [n for n in opened.namelist() if n.startswith("wheels/")]
-    skipped = manager.wheel_list_deduplicate_as_skip_set([("sketch_to_face", inside)])
-    assert skipped == {n for n in inside if "-cp313-" in n} != set()
-
-
-def test_two_builds_give_the_same_bytes(archive, tmp_path):
-    again = extension.build_extension(
-        tmp_path, CACHE, PLATFORM, wheels.core_wheel(ROOT, tmp_path / "core")
-    )
-    assert again.name == archive.name
-    digests = [hashlib.sha256(p.read_bytes()).hexdigest() for p in (archive, again)]
-    assert digests[0] == digests[1]
-
-
-def test_blender_s_own_tool_accepts_the_zip(archive):
-    assert "success" in extension.validate(archive).lower()
+@pytest.mark.parametrize("series", wheels.SERIES, ids=lambda s: s.name)
+def test_each_zip_is_small_and_holds_what_it_should(built, series):
+    check_content(built(series), PLATFORM, series)
+    if not series.legacy:
+        assert "success" in extension.validate(built(series)).lower()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("platform", sorted(set(wheels.PLATFORMS) - {PLATFORM}))
-def test_zip_of_another_platform(platform, core, tmp_path):
-    built = extension.build_extension(tmp_path / "a", CACHE, platform, core)
-    assert "success" in extension.validate(built).lower()
-    check_content(built, platform)
-    again = extension.build_extension(tmp_path / "b", CACHE, platform, core)
-    assert built.read_bytes() == again.read_bytes()
+def test_zips_of_another_platform(platform, tmp_path):
+    for series in wheels.PLATFORMS[platform].series:
+        if not series.legacy:  # the same wheels, unpacked
+            made = extension.build(tmp_path, CACHE, platform, series)
+            assert "success" in extension.validate(made).lower()
+            check_content(made, platform, series)
 
 
-def test_blender_s_own_tool_refuses_a_wrong_manifest(archive, tmp_path):
+def test_two_builds_give_the_same_bytes(built, tmp_path):
+    again = extension.build(tmp_path / "dist", CACHE, PLATFORM, PREVIOUS)
+    assert again.read_bytes() == built(PREVIOUS).read_bytes()
+
+
+def test_a_lean_wheel_lacks_tests_and_sample_pictures_and_nothing_else(tmp_path):
+    for wheel in wheels.third_party(PLATFORM, wheels.OLD, CACHE):
+        made, package = lean(wheel, tmp_path), wheel.name.split("-")[0]
+        if package not in ("scipy", "scikit_image"):
+            assert made == wheel
+            continue
+        before, after = read_zip(wheel), read_zip(made)
+        gone = before.keys() - after.keys()
+        assert gone and not [n for n in gone if "/tests/" not in n and "/data/" not in n]
+        assert not [n for n in after if "/tests/" in n]
+        (info,) = {n.split("/")[0] for n in after if ".dist-info/" in n}
+        changed = {n for n in after if after[n] != before.get(n)}
+        assert changed == {f"{info}/RECORD", f"{info}/WHEEL"}
+        assert f"\nBuild: {BUILD}\n" in after[f"{info}/WHEEL"].decode()
+        assert made.stat().st_size < 0.9 * wheel.stat().st_size
+        assert f"-{BUILD}-cp311-" in made.name
+
+
+def test_another_content_gives_the_core_another_version(tmp_path):
+    """Blender does not unpack a wheel again whose name and version it has already."""
+    for name in (*needs.PACKAGES, "LICENSE"):
+        where = ROOT / name
+        (shutil.copytree if where.is_dir() else shutil.copy)(where, tmp_path / name)
+    one = core_wheel(tmp_path, "1.0", tmp_path / "out")
+    assert core_wheel(tmp_path, "1.0", tmp_path / "out") == one
+    with (tmp_path / "facs_rig" / "__init__.py").open("a") as file:
+        file.write("# changed\n")
+    needs.own_modules.cache_clear()
+    assert core_wheel(tmp_path, "1.0", tmp_path / "out") != one
+
+
+def test_blender_s_own_tool_refuses_a_wrong_manifest(built, tmp_path):
     broken = tmp_path / "broken.zip"
-    with zipfile.ZipFile(archive) as source, zipfile.ZipFile(broken, "w") as target:
-        text = source.read("blender_manifest.toml").decode()
+    with zipfile.ZipFile(built(PREVIOUS)) as source, zipfile.ZipFile(broken, "w") as target:
+        text = source.read("sketch_to_face/blender_manifest.toml").decode()
         target.writestr("blender_manifest.toml", text.replace('type = "add-on"', 'type = "toy"'))
-        target.writestr("__init__.py", source.read("__init__.py"))
+        target.writestr("__init__.py", source.read("sketch_to_face/__init__.py"))
     with pytest.raises(wheels.BuildError, match="does not accept broken.zip"):
         extension.validate(broken)
 
@@ -210,57 +238,184 @@ def test_a_damaged_cached_wheel_is_refused(tmp_path):
         wheels.fetch(what, wheels.PLATFORMS[PLATFORM].tags, wheels.OLD, tmp_path)
 
 
-def check(result: Path, done: subprocess.CompletedProcess[str], inside: Path) -> None:
-    """The button worked, and everything but numpy came out of the zip."""
-    assert done.returncode == 0, done.stdout + done.stderr
-    told = json.loads(result.read_text())
-    print(json.dumps({k: v for k, v in told.items() if k not in ("keys", "added")}, indent=1))
-    keys = ["Basis", *(key.name for key in load_rig().keys)]
-    assert told["keys"] == [*keys, "Fitted"]
-    assert told["added"] == [*keys, *IDENTITY_KEYS, *ARKIT_NAMES]
-    assert told["left"] == []
-    for name, file in told["files"].items():
-        assert Path(file).is_relative_to(inside.resolve()) == (name != "numpy"), (name, file)
+# --- installed, where there is nothing else -------------------------------------------------------
 
 
-def only(tmp_path: Path, names: tuple[str, ...], site: Path | None = None) -> Path:
-    """A folder for the Python path with these packages of `site` (ours) and no others."""
-    site = site or Path(find_spec("numpy").origin).parents[1]
-    folder = tmp_path / "site"
-    folder.mkdir()
-    for name in names:
-        if (site / name).exists():
-            (folder / name).symlink_to(site / name)
-    return folder
+@pytest.fixture(scope="module")
+def whole(built, tmp_path_factory):
+    """Function: all of press_everything.py, in the Blender of this version; what it told."""
+
+    @cache
+    def run(version: str, series: wheels.Series) -> tuple[Blender, dict]:
+        blender = started(version, tmp_path_factory.mktemp("home") / version)
+        archive = built(series)
+        older = older_zip(archive, blender.home)
+        done = blender.run(PRESS, blender.kind, archive, older, SKETCH, blender.home)
+        assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
+        return blender, json.loads((blender.home / "result.json").read_text())
+
+    return run
 
 
-def environment(tmp_path: Path, folder: Path) -> dict[str, str]:
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "BLENDER"))}
-    return kept | {
-        "HOME": str(tmp_path),
-        "PYTHONPATH": str(folder),
-        "BLENDER_USER_RESOURCES": str(tmp_path / "blender"),
-        "BLENDER_USER_CONFIG": str(tmp_path / "blender" / "config"),
-        "BLENDER_USER_SCRIPTS": str(tmp_path / "blender" / "scripts"),
-        "BLENDER_USER_EXTENSIONS": str(tmp_path / "blender" / "extensions"),
-        "SKETCH_TO_FACE_RAISE": "1",
-    }
+def started(version: str, home: Path) -> Blender:
+    """That Blender with an empty profile; skips, with the reason, where there is none."""
+    try:
+        return BLENDERS[version](home)
+    except Missing as why:
+        pytest.skip(str(why))
 
 
-def install(archive: Path, tmp_path: Path, python: Path, folder: Path) -> None:
-    """Install the zip in a clean profile of a Blender that is a module, press the button."""
-    result = tmp_path / "result.json"
-    done = subprocess.run(
-        [python, "-S", "-P", str(INSTALL), "extension", str(archive), str(SKETCH), str(result)],
-        env=environment(tmp_path, folder), cwd=tmp_path,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    check(result, done, tmp_path / "blender" / "extensions")
+INSTALLED = pytest.mark.parametrize(
+    ("version", "series"), [("5.0", PREVIOUS), ("5.2", LATEST), ("3.4", LEGACY)],
+    ids=["5.0", "5.2", "3.4"],
+)  # fmt: skip
 
 
 @pytest.mark.slow
-def test_zip_installs_in_a_clean_profile_and_the_button_works(archive, tmp_path):
-    install(archive, tmp_path, Path(sys.executable), only(tmp_path, BLENDER_ITSELF))
+@INSTALLED
+def test_every_button_works_with_blender_and_the_zip_alone(whole, version, series):
+    """Installed over another build, in a folder with spaces and letters of all kinds."""
+    blender, told = whole(version, series)
+    print(json.dumps(told["seconds"], indent=1))
+    assert told["blender"].startswith(version)
+    # a new button stands here until press_everything.py presses it, or says why it does not
+    assert (told["not pressed"], told["unknown"]) == ([], [])
+    keys = ["Basis", *(key.name for key in load_rig().keys)]
+    assert told["keys"] == [*keys, "Fitted"]
+    assert told["added"] == [*keys, *IDENTITY_KEYS, *ARKIT_NAMES]
+    opened = (blender.home / "opened.txt").read_text().splitlines()
+    pages = len(list((ROOT / "docs" / "manual").glob("*.md")))
+    assert len(opened) == len(set(opened)) == pages + 1 and told["log"] in opened
+    imported = {n for n in needs.reached(ROOT).modules if not n.startswith("addon.blender")}
+    assert set(told["modules"]) == imported
+
+
+@pytest.mark.slow
+@INSTALLED
+def test_every_wheel_is_used_and_numpy_alone_comes_from_blender(whole, version, series):
+    blender, told = whole(version, series)
+    for wheel in wheels.third_party(PLATFORM, series.python, CACHE):
+        used = [top for top in top_level(wheel) if top in told["files"]]
+        assert used, f"{wheel.name} is shipped and never imported"
+        for top in used:
+            assert Path(told["files"][top]).is_relative_to(blender.profile), top
+    for top in needs.PACKAGES:
+        assert Path(told["files"][top]).is_relative_to(blender.profile), top
+    assert not Path(told["files"]["numpy"]).is_relative_to(blender.profile)
+
+
+@pytest.mark.slow
+@INSTALLED
+def test_every_exported_file_holds_the_face_as_it_is_shown(whole, version, series):
+    blender, told = whole(version, series)
+    shown, files = np.load(blender.home / "shown.npy"), sorted((blender.home / "exports").iterdir())
+    assert len(files) == told["exports"] > 6
+    read = {path.suffix for path in files if check_export(path, shown)}
+    assert read == {path.suffix for path in files} - {".blend", ".fbx"}
+    own = {"ours": CONTROL_NAMES, "arkit": ARKIT_NAMES}
+    for name, keys in told["read by Blender"].items():
+        names = own["arkit" if "arkit" in name else "ours"]
+        assert keys == (["Basis", *names, "neutral"] if name.endswith(".fbx") else told["keys"])
+    assert told["read by Blender"].keys() == {p.name for p in files if p.suffix not in read}
+
+
+def check_export(path: Path, shown: np.ndarray) -> bool:
+    """Whether trimesh reads this format; if so its vertices are those that are shown, in metres."""
+    if path.suffix in (".blend", ".fbx"):  # Blender has read it, in press_everything.py
+        return False
+    mesh = trimesh.load(path, force="mesh", process=False)
+    assert len(mesh.faces) == len(load_rig().triangles)
+    for some, others in ((shown, mesh.vertices), (mesh.vertices, shown)):
+        away, _ = cKDTree(others).query(some)
+        assert away.max() < 1e-4, (path.name, away.max())  # metres
+    if path.suffix == ".glb":
+        head = path.read_bytes()
+        tree = json.loads(head[20 : 20 + int.from_bytes(head[12:16], "little")])
+        names = ARKIT_NAMES if "arkit" in path.name else CONTROL_NAMES
+        assert tree["meshes"][0]["extras"]["targetNames"] == [*names, "neutral"]
+    return True
+
+
+@pytest.mark.slow
+@INSTALLED
+def test_nothing_is_left_once_it_is_switched_off_or_removed(whole, version, series):
+    blender, told = whole(version, series)
+    assert told["hung"] == told["still hung"] == {}
+    left = {p.relative_to(blender.profile).as_posix() for p in blender.profile.rglob("*")
+            if p.is_file() and "__pycache__" not in p.parts}  # fmt: skip
+    # Blender's own index of extensions; before 4.2 nobody but the artist removes the log
+    assert left <= {"extensions/.cache/compat.dat", "config/sketch_to_face/sketch_to_face.log"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("package", [*sorted(n.split("==")[0] for n in wheels.locked(
+    wheels.PLATFORMS[PLATFORM].lock)), "sketch_to_face"])  # fmt: skip
+def test_without_any_one_wheel_the_zip_fails(built, tmp_path, package):
+    lame = without(built(PREVIOUS), package, tmp_path / "lame.zip")
+    blender = started("5.0", tmp_path / "home")
+    done = blender.run(PRESS, blender.kind, lame, "only", SKETCH, tmp_path)
+    assert done.returncode == 1
+    assert re.search("No module named|cannot find its own core", done.stdout + done.stderr)
+
+
+def without(archive: Path, package: str, path: Path) -> Path:
+    """The zip without a package's wheel."""
+    content = read_zip(archive)
+    (gone,) = (name for name in content if f"/wheels/{package}-" in name)
+    del content[gone]
+    manifest = f"{extension.NAME}/blender_manifest.toml"
+    lines = content[manifest].decode().splitlines()
+    content[manifest] = "\n".join(n for n in lines if Path(gone).name not in n).encode()
+    return write_zip(path, content)
+
+
+# --- the wrong zip --------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "series", "says"), [
+    ("5.2", PREVIOUS, r"Blender version \(5\.2\.\d+\) must be less than .* \(5\.1\.0\)"),
+    ("5.0", LATEST, r"Blender version \(5\.0\.\d+\) doesn't meet the minimum .* \(5\.1\.0\)"),
+    ("3.4", PREVIOUS, r"is for Blender 4\.2 to 5\.0 on linux-x64, .*for this one, Blender 3\.\d.*"
+                      r"install sketch_to_face-[\d.]+-linux-x64-blender-3\.4-to-4\.1-legacy\.zip"),
+])  # fmt: skip
+def test_the_zip_for_another_blender_is_refused(built, tmp_path, version, series, says):
+    blender = started(version, tmp_path / "home")
+    done = blender.run(PRESS, blender.kind, built(series), "only", SKETCH, tmp_path)
+    assert done.returncode == 1
+    assert re.search(says, done.stdout + done.stderr), done.stdout + done.stderr
+
+
+def test_the_right_zip_is_named_for_every_blender(tmp_path):
+    from addon.blender.right_zip import complaint
+
+    def says(ours: wheels.Series, platform: str, blender, python, here: str) -> str:
+        path = tmp_path / "made_for.json"
+        path.write_bytes(extension.made_for(platform, ours))
+        return complaint(blender, python, here, path)
+
+    def numbers(version: str) -> tuple[int, ...]:
+        return tuple(map(int, version.split(".")))
+
+    for platform, there in wheels.PLATFORMS.items():
+        for right in there.series:
+            blender, python = numbers(right.first), numbers(right.python)
+            for ours in there.series:
+                told = says(ours, platform, blender, python, platform)
+                # a legacy zip works in newer Blenders, too, as long as they have its Python
+                if ours.python == right.python and numbers(ours.first) <= blender:
+                    assert told == ""
+                else:
+                    assert told.endswith(f"install {extension.zip_name(platform, right)}.")
+            for other in wheels.PLATFORMS.keys() - {platform}:
+                if right in wheels.PLATFORMS[other].series:
+                    told = says(right, other, blender, python, platform)
+                    assert f"is for Blender {right.label} on {other}, " in told
+                    assert told.endswith(f"install {extension.zip_name(platform, right)}.")
+    told = says(LEGACY, "linux-x64", (3, 6, 0), (3, 10, 9), "linux-x64")
+    assert "Blender 3.6 on linux-x64 with Python 3.10" in told
+    assert told.endswith("there is none: install Blender 4.2 or newer from blender.org.")
+    assert complaint((3, 0, 0), (3, 9), "amiga", tmp_path / "checkout") == ""
 
 
 def test_without_python_3_13_one_sentence_says_how_to_name_it(tmp_path, monkeypatch):
@@ -269,34 +424,3 @@ def test_without_python_3_13_one_sentence_says_how_to_name_it(tmp_path, monkeypa
         monkeypatch.setenv("PYTHON313", named)
         with pytest.raises(Missing, match="no Python 3.13; say which one: PYTHON313="):
             python_3_13()
-
-
-@pytest.mark.slow
-def test_zip_installs_in_blender_5_2_with_python_3_13_and_the_button_works(archive, tmp_path):
-    try:
-        python, site = blender_5_2()
-    except Missing as why:
-        pytest.skip(str(why))
-    install(archive, tmp_path, python, only(tmp_path, (*BLENDER_ITSELF, *NEEDS), site))
-
-
-@pytest.mark.slow
-def test_legacy_zip_installs_in_an_old_blender_and_the_button_works(legacy, tmp_path):
-    program = shutil.which("blender")
-    if program is None:
-        pytest.skip("no installed Blender (Debian: apt install blender)")
-    asked = subprocess.run([program, "-b", "--factory-startup", "--python-expr",
-                            "import sys, bpy; print('IS', bpy.app.version < (4, 2),"
-                            " sys.version_info[:2] == (3, 11))"],
-                           capture_output=True, text=True, check=False)  # fmt: skip
-    if "IS True True" not in asked.stdout:
-        pytest.skip("the installed Blender is not one before 4.2 with Python 3.11")
-    folder = only(tmp_path, ("numpy", "numpy.libs"))
-    result = tmp_path / "result.json"
-    done = subprocess.run(
-        [program, "-b", "--factory-startup", "--python-use-system-env", "--python-exit-code", "1",
-         "-P", str(INSTALL), "--", "legacy", str(legacy), str(SKETCH), str(result)],
-        env=environment(tmp_path, folder), cwd=tmp_path,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    check(result, done, tmp_path / "blender" / "scripts")
