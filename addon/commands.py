@@ -196,6 +196,8 @@ def fit(options: argparse.Namespace) -> int:
         pipeline.write_face(fitted, face, outputs)
     if not options.quiet:
         _tell_fit(report, [face, options.report, options.preview])
+        if fitted.detection.turn:
+            say(fitted.detection.how_it_lay(), 0)
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
     return 0
@@ -264,8 +266,13 @@ def detect(options: argparse.Namespace) -> int:
             continue
         detector = detector or usage(load_detector)
         detection = detector.detect(drawing.image)
+        upright = drawing.turned(detection.turn)
+        if detection.trouble:
+            status = say(detection.no_face(f"'{path}'"), 2)
+        elif detection.turn:
+            say(f"{detection.how_it_lay()} ('{path}')", 0)
         if options.json:
-            told = json.dumps(_detection_json(path, drawing, detection, detector.model))
+            told = json.dumps(_detection_json(path, upright, detection, detector.model))
         else:
             told = _tell_detection(path, detection)
         try:
@@ -289,24 +296,31 @@ def detect(options: argparse.Namespace) -> int:
 def _detection_json(
     path: str, drawing: Drawing, detection: Detection, model: dict[str, Any]
 ) -> dict[str, Any]:
-    """The contract's object for one sketch; lengths in pixels of the file that was given."""
-    places = drawing.to_input(list(detection.landmarks.values()))  # type: ignore[arg-type]
+    """The contract's object for one sketch; lengths in pixels of the file that was given.
+
+    drawing : as it was turned to be read
+    """
+    places = drawing.to_input(list(detection.landmarks.values()))
     return {
         "sketch": path,
         **detection.to_json(),
+        "face": not detection.trouble,
         "face_probability": round(detection.face_probability, 4),
+        "turned": detection.clockwise,
         "landmarks": {
             name: [round(float(u), 2), round(float(v), 2)]
             for name, (u, v) in zip(detection.landmarks, places, strict=True)
         },
         "confidences": {name: round(p, 4) for name, p in detection.confidences.items()},
-        "faces": detection.faces_to_json(drawing.scale),
+        "faces": detection.faces_to_json(drawing.matrix),
         "model": {key: model[key] for key in ("format", "sha256", "size") if key in model},
     }
 
 
 def _tell_detection(path: str, detection: Detection) -> str:
     lines = [printable(path)]
+    if detection.trouble:
+        return "\n".join([*lines, "  no face"])
     head = _degrees(detection.to_json()["head"])
     lines.append(f"  face {detection.face_probability:.2f}, head {head}")
     if detection.left_out():

@@ -11,12 +11,12 @@ import stat
 import struct
 import warnings
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy import ndimage
 
@@ -45,15 +45,18 @@ class Drawing:
     """A drawing as the rest of the program wants it.
 
     image : (h, w) float32, 1 = paper, 0 = ink, at most `LONGEST_SIDE` px on a side.
-    size : (width, height) of the picture as it was handed in, upright, in pixels.
+    size : (width, height) in pixels of the picture as it was handed in, the way up that viewers
+        show it (the camera's orientation tag is followed).
     source : the file that it came from, or None.
     inverted : whether light ink on a dark ground was turned over.
+    turn : quarter turns anticlockwise, 0..3, that made `image` of the picture as it was handed in.
     """
 
     image: Floats
     size: tuple[int, int]
     source: Path | None = None
     inverted: bool = False
+    turn: int = 0
 
     @classmethod
     def of(cls, array: NDArray[Any], name: str = "The sketch") -> Drawing:
@@ -63,18 +66,44 @@ class Drawing:
         image, inverted = _normalise(_reduced(values, name), name)
         return cls(image=image, size=(values.shape[1], values.shape[0]), inverted=inverted)
 
+    def turned(self, turn: int) -> Drawing:
+        """The same drawing, turned by so many quarter turns anticlockwise."""
+        image = np.ascontiguousarray(np.rot90(self.image, turn))
+        return replace(self, image=image, turn=(self.turn + turn) % 4)
+
     @property
     def scale(self) -> tuple[float, float]:
-        """Input pixels per pixel of `image`, along u and v (1 unless the picture was huge)."""
+        """Input pixels per pixel of `image`, along its u and v (1 unless the picture was huge)."""
         height, width = self.image.shape
-        return self.size[0] / width, self.size[1] / height
+        wide, high = self.size if self.turn % 2 == 0 else self.size[::-1]
+        return wide / width, high / height
 
-    def to_input(self, points: NDArray[Any]) -> NDArray[np.float64]:
-        """(…, 2) points (u, v) of `image` as pixels of the picture that was handed in.
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """(3, 3) from pixels (u, v, 1) of `image` to those of the picture that was handed in.
 
-        Pixel centres lie at .5 in both, so that it is a scaling and nothing else.
+        Pixel centres lie at .5 in both, so that it is a scaling and quarter turns, nothing else.
         """
-        return np.asarray(points, np.float64) * self.scale
+        wide, high = self.size
+        quarter = (
+            [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+            [[0, -1, wide], [1, 0, 0], [0, 0, 1]],
+            [[-1, 0, wide], [0, -1, high], [0, 0, 1]],
+            [[0, 1, 0], [-1, 0, high], [0, 0, 1]],
+        )[self.turn]
+        return np.array(quarter, np.float64) @ np.diag([*self.scale, 1.0])
+
+    def to_input(self, points: ArrayLike) -> NDArray[np.float64]:
+        """(…, 2) points (u, v) of `image` as pixels of the picture that was handed in."""
+        return _moved(points, self.matrix)
+
+    def to_image(self, points: ArrayLike) -> NDArray[np.float64]:
+        """The reverse of `to_input`."""
+        return _moved(points, np.linalg.inv(self.matrix))
+
+
+def _moved(points: ArrayLike, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(points, np.float64) @ matrix[:2, :2].T + matrix[:2, 2]
 
 
 def load_drawing(path: str | Path) -> Drawing:

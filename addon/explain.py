@@ -11,6 +11,7 @@ from addon.terminal import printable
 from classifiers import Detection, Detector
 from classifiers.evidence import Evidence, Progress, evidence
 from classifiers.finding import widened
+from classifiers.plausible import turned
 from classifiers.preprocess import Floats, area_resample, as_page
 
 COLUMNS = 4
@@ -55,7 +56,7 @@ def explain(
 def section(title: str, drawing: Floats, found: Evidence) -> Image.Image:
     """One sketch: its title, then the tiles, the surest first.
 
-    drawing : (h, w) float, as `found` was made of
+    drawing : (h, w) float, as `found` was made of; shown upright
     """
     order = _worth_showing(found.detection)
     columns = min(COLUMNS, max(len(order), 2))
@@ -69,7 +70,7 @@ def section(title: str, drawing: Floats, found: Evidence) -> Image.Image:
     room = picture.width - 3 * GAP - pen.textlength(title, ImageFont.load_default(17))
     _text(pen, (picture.width - GAP, 11), about, 14, PALE, room, "ra")
     view = widened(found.box, VIEW)
-    ink = area_resample(as_page(drawing), view, TILE)
+    ink = area_resample(as_page(turned(drawing, found.detection.turn)), view, TILE)
     for k, name in enumerate(order):
         u, v = GAP + k % columns * step, HEADING + k // columns * (CAPTION + step)
         _text(pen, (u, v + 2), name, 16, TEXT, TILE)

@@ -24,7 +24,6 @@ from addon.measure import Comparison, contours
 from addon.placement import camera_for, check_pins, head_in, pins_in, within_room
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES, CLOSE
-from classifiers.labels import FULL
 from facs_rig import (
     CONTROL_NAMES,
     LANDMARKS,
@@ -122,7 +121,8 @@ class FitOptions:
 
 @dataclass(frozen=True)
 class FaceFit:
-    """A fitted face and how it came about. Pixels are those of `drawing.image`.
+    """A fitted face and how it came about. Pixels are those of `drawing.image`, which stands
+    upright however the sketch was handed in.
 
     parameters : expression and head as detected and fitted, controls as settled, fitted identity
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
@@ -181,7 +181,7 @@ def fit(
     drawing = _read(sketch)
     clock.done("read")
 
-    detection = _detect(drawing, options.align, detector)
+    drawing, detection = _detect(drawing, options.align, detector)
     expression = _worn(detection, options.expression)
     clock.done("detect")
 
@@ -279,16 +279,15 @@ def read_expression(
 
     sketch, align, detector : as for `fit`, which also raises the same errors
     """
-    return _worn(_detect(_read(sketch), align, detector), {})
+    return _worn(_detect(_read(sketch), align, detector)[1], {})
 
 
 def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     """The contract's report; `projection` goes with the file written to `path` (default .glb)."""
-    to_input = np.diag([*face.drawing.scale, 1.0])
-    projection = to_input @ face.camera.matrix() @ file_to_core(path or Path("face.glb"))
+    projection = face.drawing.matrix @ face.camera.matrix() @ file_to_core(path or Path("face.glb"))
     said = face.detection.to_json()
     for name, unit in said["aus"].items():  # as strong as the face wears it
-        worn = min(face.parameters.aus.get(name, 0.0), FULL)
+        worn = face.parameters.aus.get(name, 0.0)
         unit["intensity"] = round(float(worn), 3)
         unit["active"] = unit["intensity"] > 0
     said["head"] = {
@@ -298,7 +297,9 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
     return {
         "sketch": str(face.drawing.source) if face.drawing.source else None,
         **said,
-        "faces": face.detection.faces_to_json(face.drawing.scale),
+        "face": not face.detection.trouble,
+        "turned": face.detection.clockwise,
+        "faces": face.detection.faces_to_json(face.drawing.matrix),
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "contour_error_px": face.contour_error_px,
@@ -314,7 +315,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch."""
     from addon.preview import panels
 
-    homeless = [line / face.drawing.scale for line in face.unmatched]
+    homeless = [face.drawing.to_image(line) for line in face.unmatched]
     return panels(
         face.drawing.image, face.rig, face.parameters, face.vertices, face.camera, homeless
     )
@@ -333,15 +334,15 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
     return load_drawing(sketch)
 
 
-def _detect(drawing: Drawing, align: str | None, detector: Detector | None) -> Detection:
+def _detect(
+    drawing: Drawing, align: str | None, detector: Detector | None
+) -> tuple[Drawing, Detection]:
+    """What is read from a drawing, and the drawing stood upright. SketchError if it is no face."""
     head = head_in(drawing, align)
     detection = (detector or load_detector()).detect(drawing.image, head)
-    if detection.face_probability < LEAST_FACE and align is None:
-        raise SketchError(
-            f"No face was found in {_name(drawing)}; crop the picture to one drawn face, seen "
-            "from the front or in three-quarter view, or say where in the picture the head is."
-        )
-    return detection
+    if detection.trouble:
+        raise SketchError(detection.no_face(_name(drawing)))
+    return drawing.turned(detection.turn), detection
 
 
 def _worn(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:

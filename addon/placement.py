@@ -69,8 +69,8 @@ def head_in(drawing: Drawing, text: str | None) -> Crop | None:
 
 def pins_in(drawing: Drawing, pins: Places) -> dict[str, tuple[float, float]]:
     """Pins in pixels of `drawing.image`; theirs are of the picture handed in."""
-    su, sv = drawing.scale
-    return {name: (u / su, v / sv) for name, (u, v) in pins.items()}
+    places = {name: drawing.to_image(place) for name, place in pins.items()}
+    return {name: (float(u), float(v)) for name, (u, v) in places.items()}
 
 
 def camera_for(
@@ -156,7 +156,7 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
     left, top, right, bottom = box
     room_u, room_v = FARTHEST * (right - left), FARTHEST * (bottom - top)
     for name, (u, v) in pins.items():
-        at = f"{u * drawing.scale[0]:g},{v * drawing.scale[1]:g}"
+        at = "{:g},{:g}".format(*drawing.to_input((u, v)))
         if not (0 <= u <= width and 0 <= v <= height):
             raise SketchError(
                 f"The pin of {name} at {at} lies outside the sketch, which has "
@@ -171,9 +171,10 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
 
 def _box(drawing: Drawing, text: str) -> Box:
     """The head's box in pixels of `drawing.image`."""
-    su, sv = drawing.scale
     try:
         left, top, right, bottom = parse_box(text)
     except ValueError as error:
         raise SketchError(str(error)) from None
-    return left / su, top / sv, right / su, bottom / sv
+    corners = drawing.to_image([(left, top), (right, bottom)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])

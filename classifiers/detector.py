@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from .conflicts import settle
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
 from .metrics import sigmoid
+from .plausible import HIDDEN, NO_NOSE, NOSE_FRAME, nose_ink, trouble, upright
 from .preprocess import (
     Crop,
     Floats,
@@ -47,6 +49,23 @@ LEVEL, ROUNDS = np.radians(6), 4
 TURNS, SURE, AROUND, SURER = (np.radians(45), np.radians(-45)), 9.0, 1.2, 1.0
 TRIES = 3  # boxes that the third look is given, if it sees no face in the first
 CLOSE = 0.02  # of the face's height: what counts as found
+# For somebody whose drawing lies, by degrees clockwise that it was turned.
+LAY = {
+    90: "The drawing lies on its side: it was turned by 90° clockwise to be read.",
+    180: "The drawing is upside down: it was turned by 180° to be read.",
+    270: "The drawing lies on its side: it was turned by 90° anticlockwise to be read.",
+}
+# For somebody whose drawing shows no face, by what was found instead.
+NONE_FOUND = (
+    "No face was found in {name}; crop the picture to one drawn face, seen from the front or in "
+    "three-quarter view, or say where in the picture the head is."
+)
+WHY = {
+    NO_NOSE: "What is drawn in {name} has no nose, so it is taken for a sign such as a smiley, not "
+    "for a face; draw the nose, or say where in the picture the head is.",
+    HIDDEN: "Too little of a face is seen in {name}; draw it from the front or in three-quarter "
+    "view (a profile hides half of it), or say where in the picture the head is.",
+}
 # For somebody who has several faces on the page.
 OTHERS = "{} drawn on the page; the largest was read, crop the picture to read another."
 
@@ -61,7 +80,11 @@ class Detection:
     landmarks : name -> (u, v) pixels of the drawing; off the page if the face is cut off
     confidences : how probable it is that each landmark is within 2% of the face's height, 0..1
     faces : the face that was read and the others on the page, largest first; none if it is none
-    face_probability : that there is a face
+    face_probability : that there is a face, as the networks believe
+    turn : quarter turns anticlockwise, 0..3, by which the drawing was turned to be read; all pixels
+    here are those of the turned one
+    trouble : one of `plausible`, why nothing can be read; empty if a face was found. Without one
+    nothing is active
     """
 
     probabilities: dict[str, float]
@@ -72,6 +95,21 @@ class Detection:
     confidences: dict[str, float]
     faces: tuple[Face, ...]
     face_probability: float
+    turn: int = 0
+    trouble: str = ""
+
+    @property
+    def clockwise(self) -> int:
+        """Degrees clockwise by which the drawing was turned to be read: 0, 90, 180 or 270."""
+        return (-90 * self.turn) % 360
+
+    def how_it_lay(self) -> str:
+        """One sentence about a drawing that was turned to be read; empty if it was not."""
+        return LAY.get(self.clockwise, "")
+
+    def no_face(self, name: str = "the drawing") -> str:
+        """One sentence: why no face was read in `name`, and what to do; empty if one was."""
+        return WHY.get(self.trouble, NONE_FOUND).format(name=name) if self.trouble else ""
 
     def expression(self) -> dict[str, float]:
         """The active controls at their intensity, ready for `FaceParameters(aus=...)`."""
@@ -99,17 +137,18 @@ class Detection:
             "head": {n: round(float(a), 2) for n, a in zip(ANGLES, angles, strict=True)},
         }
 
-    def faces_to_json(self, scale: tuple[float, float] = (1.0, 1.0)) -> list[dict[str, Any]]:
-        """The faces with their boxes, left, top, right, bottom in pixels of the drawing times
-        `scale` (u, v)."""
-        scales = np.array([*scale, *scale])
-        return [
-            {
-                "box": (scales * face.corners).round(2).tolist(),
-                "probability": round(face.probability, 4),
-            }
-            for face in self.faces
-        ]
+    def faces_to_json(self, matrix: NDArray) -> list[dict[str, Any]]:
+        """The faces with their boxes, left, top, right, bottom.
+
+        matrix : (3, 3) from the pixels (u, v, 1) of this detection to those of the boxes; scaling,
+        quarter turns and shifts
+        """
+        said = []
+        for face in self.faces:
+            corners = np.reshape(face.corners, (2, 2)) @ matrix[:2, :2].T + matrix[:2, 2]
+            box = np.concatenate([corners.min(axis=0), corners.max(axis=0)])
+            said.append({"box": box.round(2).tolist(), "probability": round(face.probability, 4)})
+        return said
 
 
 @dataclass(frozen=True)
@@ -120,6 +159,8 @@ class Reading:
     landmarks : (m, 2)      spreads : (m,) their expected errors      face : logit of a face
     box : what the last look saw, turned as the face is
     others : further faces on the page, largest first
+    apart : mean distance between the landmarks of the last look and of its mirror image, crop units
+    nose : see `plausible.nose_ink`
     """
 
     logits: NDArray[np.float64]
@@ -130,6 +171,8 @@ class Reading:
     face: float
     box: Crop
     others: tuple[Face, ...] = ()
+    apart: float = 0.0
+    nose: float = 1.0
 
 
 class Detector:
@@ -149,6 +192,7 @@ class Detector:
         self._landmark_mirror = mirror_order(self.landmarks)
         bounding = bounding_landmarks(self.landmarks)
         self._bounding = np.array([self.landmarks.index(name) for name in bounding])
+        self._nose_frame = np.array([self.landmarks.index(name) for name in NOSE_FRAME])
         self._temperatures = np.array([self.model["temperatures"][name] for name in self.aus])
         offsets = self.model.get("offsets", {})
         self._offsets = np.array([offsets.get(name, 0.0) for name in self.aus])
@@ -158,20 +202,27 @@ class Detector:
     def detect(self, drawing: NDArray, head: Crop | None = None) -> Detection:
         """Read a drawing (h, w) float, 1 = paper and 0 = ink.
 
-        head : where to look for the face, in its pixels, instead of wherever there is ink
+        head : where to look for the face, in its pixels, instead of wherever there is ink; what is
+        there is read whatever it looks like
 
-        Raises ValueError for another shape, dtype or range. A blank page gives a detection with a
-        face probability near 0: the caller decides what to make of it.
+        A drawing that lies on its side or upside down is turned: see `turn` of the detection.
+        Raises ValueError for another shape, dtype or range. A page without a face gives a detection
+        with a `trouble`: the caller decides what to make of it.
         """
-        return self.interpret(self.read(as_page(drawing), head))
+        turn, reading = upright(self, as_page(drawing), head)
+        return self.interpret(reading, turn, placed=head is not None)
 
-    def interpret(self, reading: Reading) -> Detection:
-        """The networks' answer as probabilities, decisions and intensities."""
+    def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:
+        """The networks' answer as probabilities, decisions and intensities.
+
+        placed : somebody has said that there is a face, and where
+        """
+        why = "" if placed else trouble(reading)
         probability = sigmoid(self.log_odds(reading.logits))
         probabilities = dict(zip(self.aus, probability.tolist(), strict=True))
         strong = {
             name: float(np.clip(value, ACTIVE, FULL))
-            if probabilities[name] >= self._thresholds[name]
+            if not why and probabilities[name] >= self._thresholds[name]
             else 0.0
             for name, value in zip(self.aus, reading.intensities, strict=True)
         }
@@ -192,15 +243,21 @@ class Detector:
                 for name, (u, v) in zip(self.landmarks, reading.landmarks, strict=True)
             },
             confidences=dict(zip(self.landmarks, close.tolist(), strict=True)),
-            faces=(Face(reading.box, face), *reading.others) if face >= LEAST_FACE else (),
+            faces=(Face(reading.box, face), *reading.others)
+            if face >= LEAST_FACE and not why
+            else (),
             face_probability=face,
+            turn=turn,
+            trouble=why,
         )
 
     def log_odds(self, logits: NDArray) -> NDArray[np.float64]:
         """Calibrated, of raw logits (..., k)."""
         return logits / self._temperatures + self._offsets
 
-    def read(self, page: Floats, head: Crop | None = None) -> Reading:
+    def read(
+        self, page: Floats, head: Crop | None = None, turns: Sequence[float] = TURNS
+    ) -> Reading:
         """Three looks at a page of ink (h, w).
 
         The first at all of it, or at the given `head`, finds the faces. The second at the box of
@@ -208,11 +265,11 @@ class Detector:
         until the face is upright in it; if no face was found, the first look is taken for it. The
         third, at that box, reads the face. A box that the third look sees no face in is given up
         for the next smaller one, and in the end for all the ink. Where the face is in doubt, the
-        same is done with the page turned, and the surest reading counts.
+        same is done with the page turned by `turns`, radians, and the surest reading counts.
         """
         whole = ink_box(page) if head is None else squared(head)
         reading = self._read(page, whole)
-        for turn in TURNS:
+        for turn in turns:
             if reading.face > SURE:
                 break
             turned = self._read(page, replace(widened(whole, AROUND), turn=turn))
@@ -228,12 +285,14 @@ class Detector:
             faces = [other for other in faces if other is not face]
             second, room = self._upright(page, widened(face.box, ROOM))
             box = self._face_in(second, room, LEAST_OF_BOX) or widened(room, 1 / ROOM)
-            third = self.look_both_ways(area_resample(page, box, self.size))
+            crop = area_resample(page, box, self.size)
+            third = self.look_both_ways(crop)
             if third.face[0] > 0:
                 break
         else:
             box = self._face_in(first, whole, LEAST_OF_INK) or whole
-            third = self.look_both_ways(area_resample(page, box, self.size))
+            crop = area_resample(page, box, self.size)
+            third = self.look_both_ways(crop)
         angles = third.angles[0] + (0, 0, box.turn)
         angles[2] = (angles[2] + np.pi) % (2 * np.pi) - np.pi
         return Reading(
@@ -245,6 +304,8 @@ class Detector:
             float(first.face[0] + third.face[0]) / 2,
             box,
             tuple(other for other in faces if not echo(other.box, box)),
+            float(third.apart),
+            nose_ink(crop, third.landmarks[0, self._nose_frame]),
         )
 
     def _upright(self, page: Floats, room: Crop) -> tuple[Answers, Crop]:
@@ -278,7 +339,8 @@ class Detector:
     def look_both_ways(self, crop: Floats) -> Answers:
         """Mean of a crop's (size, size) answers and of its mirror image's, mirrored back.
 
-        A mirrored crop gives the mirrored answer. `found` is that of the crop alone.
+        A mirrored crop gives the mirrored answer. `found` is that of the crop alone; `apart` says
+        how far the two differ in the landmarks.
         """
         a = self.look(np.stack([crop, crop[:, ::-1]]))
         flipped = a.landmarks[1, self._landmark_mirror] * (-1, 1) + (1, 0)
@@ -290,6 +352,7 @@ class Detector:
             (a.spreads[:1] + a.spreads[1:, self._landmark_mirror]) / 2,
             (a.face[:1] + a.face[1:]) / 2,
             a.found[:1],
+            float(np.linalg.norm(a.landmarks[0] - flipped, axis=1).mean()),
         )
 
 

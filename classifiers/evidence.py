@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .detector import Detection, Detector
 from .labels import mirror_order
+from .plausible import turned, upright
 from .preprocess import Crop, Floats, area_resample, as_page, even_ink
 
 GRIDS = (5, 10)  # patches along a side, once for long creases and once for where exactly
@@ -30,7 +31,8 @@ Progress = Callable[[int, int], None]
 class Evidence:
     """What a detection rests on.
 
-    shape : (h, w) of the drawing      box : the part of it that was read, turned as the face is
+    shape : (h, w) of the drawing, turned as `detection.turn` says; all pixels are those of it
+    box : the part of it that was read, turned as the face is
     maps : every control -> (s, s) float32 over the box: by how much the control's log-odds fall
     when the surroundings are erased, negative where they rise
     """
@@ -70,12 +72,14 @@ def evidence(
     also raises the same ValueErrors.
     """
     page = as_page(drawing)
-    reading = detector.read(page, head)
+    turn, reading = upright(detector, page, head)
+    page = turned(page, turn)
     ink = even_ink(area_resample(page, reading.box, detector.size))
     heat = occlusion(ink, detector, progress)
     height, width = page.shape
     maps = dict(zip(detector.aus, heat, strict=True))
-    return Evidence(detector.interpret(reading), (height, width), reading.box, maps)
+    found = detector.interpret(reading, turn, placed=head is not None)
+    return Evidence(found, (height, width), reading.box, maps)
 
 
 def occlusion(ink: Floats, detector: Detector, progress: Progress | None = None) -> Floats:

@@ -31,6 +31,7 @@ class Answers:
     logits : (b, k) yes minus no      intensities : (b, k) 0..5      angles : (b, 3) radians
     landmarks : (b, m, 2) crop units      spreads : (b, m) log of their expected error, crop units
     face : (b,) logit that there is one      found : (b, c, c, 4) see `finding.faces_on`
+    apart : of a mean of two looks, the mean distance of their landmarks, crop units
     """
 
     logits: NDArray
@@ -40,6 +41,7 @@ class Answers:
     spreads: NDArray
     face: NDArray
     found: NDArray
+    apart: float = 0.0
 
 
 class Runtime:

@@ -113,13 +113,15 @@ def pictures_of(source, align: str | None, threads: int):
         from addon.placement import head_in
         from classifiers.evidence import evidence
         from classifiers.finding import widened
+        from classifiers.plausible import turned
         from classifiers.preprocess import area_resample, as_page
 
         drawing, _ = source.load()
         head = head_in(drawing, align)
         seen = evidence(drawing.image, sketching.detector(threads), progress, head)
         view = widened(seen.box, VIEW)
-        ink = area_resample(as_page(drawing.image), view, PICTURE)
+        page = as_page(turned(drawing.image, seen.detection.turn))
+        ink = area_resample(page, view, PICTURE)
         made = {}
         for name in seen.maps:
             tile = coloured(ink, seen.within(name, view, (PICTURE, PICTURE)))

@@ -735,6 +735,10 @@ SETTINGS = {
     "How the drawn head is turned": "Wie der gezeichnete Kopf gedreht ist",
     "How the drawn neck is turned": "Wie der gezeichnete Hals gedreht ist",
     "Camera": "Kamera",
+    "Turn": "Drehung",
+    "Quarter turns anticlockwise that stand the sketch upright": (
+        "Vierteldrehungen gegen den Uhrzeigersinn, die die Skizze aufrecht stellen"
+    ),
     "Pixels of the sketch for a metre of the face, and where its pivot lies": (
         "Pixel der Skizze für einen Meter des Gesichts, und wo sein Drehpunkt liegt"
     ),
@@ -885,6 +889,12 @@ SENTENCES = {
     "reading the sketch": "lese die Skizze",
     "reading the sketch of {name}": "lese die Skizze von {name}",
     "measuring {name}": "vermesse {name}",
+    "The sketch lies on its side: it was turned to be read": (
+        "Die Skizze liegt auf der Seite: sie wurde zum Lesen gedreht"
+    ),
+    "The sketch is upside down: it was turned to be read": (
+        "Die Skizze steht auf dem Kopf: sie wurde zum Lesen gedreht"
+    ),
     "shaping {name}": "forme {name}",
     "writing {name}": "schreibe {name}",
     "erasing the sketch patch by patch": "radiere die Skizze Stück für Stück weg",

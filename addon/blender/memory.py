@@ -185,6 +185,12 @@ class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
             description="Pixels of the sketch for a metre of the face, and where its pivot lies",
             size=3,
         ),
+        "turn": IntProperty(
+            name="Turn",
+            description="Quarter turns anticlockwise that stand the sketch upright",
+            min=0,
+            max=3,
+        ),
         "page": FloatVectorProperty(
             name="Page",
             description="From pixels of the sketch to the places of pins, two rows",
@@ -258,8 +264,9 @@ def remember(face, holder, found) -> None:
     settings.strokes = found.strokes
     settings.mark, settings.page = found.mark, found.to_places.ravel().tolist()
     scale = float(np.mean(fit.drawing.scale))
-    (u, v), zoom = fit.camera.centre, fit.camera.scale[0]
-    settings.camera = (zoom * scale, u * fit.drawing.scale[0], v * fit.drawing.scale[1])
+    u, v = fit.drawing.to_input(fit.camera.centre)
+    settings.camera = (fit.camera.scale[0] * scale, u, v)
+    settings.turn = fit.drawing.turn
     error = fit.contour_error_px
     settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]
     face[DRAWN], face[LOST] = pack(found.drawn), pack(fit.unmatched)

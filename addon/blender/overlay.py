@@ -54,15 +54,22 @@ def plane_of(face: bpy.types.Object) -> Matrix:
 
 
 def on_plane(face: bpy.types.Object, pixels: NDArray) -> NDArray[np.float64]:
-    """Pixels (k, 2) of the face's sketch as points of the plane."""
+    """Pixels (k, 2) of the face's sketch as points of the plane, in which the face is upright."""
     zoom, u, v = face.sketch_to_face.camera
-    return (np.asarray(pixels, float).reshape(-1, 2) - (u, v)) / (zoom, -zoom)
+    offset = np.asarray(pixels, float).reshape(-1, 2) - (u, v)
+    return offset @ _stand_up(face) / (zoom, -zoom)
 
 
 def on_page(face: bpy.types.Object, points: NDArray) -> NDArray[np.float64]:
     """The reverse of `on_plane`."""
     zoom, u, v = face.sketch_to_face.camera
-    return np.asarray(points, float).reshape(-1, 2) * (zoom, -zoom) + (u, v)
+    offset = np.asarray(points, float).reshape(-1, 2) * (zoom, -zoom)
+    return offset @ _stand_up(face).T + (u, v)
+
+
+def _stand_up(face: bpy.types.Object) -> NDArray[np.float64]:
+    """(2, 2) that turns rows (u, v) of the sketch as it lies to those of the upright one."""
+    return np.linalg.matrix_power(np.array([[0.0, -1.0], [1.0, 0.0]]), face.sketch_to_face.turn)
 
 
 def pins_on_plane(face: bpy.types.Object) -> dict[str, NDArray[np.float64]]:

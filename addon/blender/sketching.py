@@ -77,7 +77,7 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
             _ = fit.contour_error_px, fit.unmatched  # here, where nobody waits for them
-            drawn = [drawing.to_input(line) for line in polylines(fit.drawn)]
+            drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
             return Found(fit, source.mark, to_places, drawn, options.strokes)
         finally:
             if shape:
@@ -208,5 +208,9 @@ def sentence(face: bpy.types.Object, fit) -> tuple[str, str]:
     """What to report of a fit: the kind of report and the text."""
     names = [name for name, value in fit.parameters.aus.items() if value]
     said = f"{face.name}: {', '.join(names) or translation.text('no expression found')}"
+    if fit.drawing.turn == 2:
+        said += ". " + translation.text("The sketch is upside down: it was turned to be read")
+    elif fit.drawing.turn:
+        said += ". " + translation.text("The sketch lies on its side: it was turned to be read")
     others = fit.detection.left_out()
     return ("WARNING", f"{said}. {others}") if others else ("INFO", said)

@@ -17,8 +17,11 @@ from addon.sketches.render import FOLDER as SKETCHES
 from classifiers import load_detector
 from classifiers.evidence import evidence
 from classifiers.finding import Face
+from classifiers.plausible import NO_NOSE
 from classifiers.preprocess import Crop
 from facs_rig import DETECTED
+from tests.classifiers import doodles
+from tests.classifiers.doodles import doodle
 
 SKETCH = SKETCHES / "smiling_woman.png"
 
@@ -91,6 +94,164 @@ def test_damaged_weights_are_named(capsys, folder, monkeypatch):
         said = capsys.readouterr()
         assert said.err.count("\n") == 1 and "detector.onnx is damaged" in said.err
     assert not list(folder.iterdir())
+
+
+# --- which way up, and what is no face ------------------------------------------------------------
+
+
+def answers(text: str) -> list[dict]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def turned_file(name: str, clockwise: int, crop=None) -> str:
+    """The sketch in a file that lies: turned by so many degrees clockwise, cut to another shape."""
+    picture = Image.open(SKETCH).convert("L")
+    picture = picture.crop(crop) if crop else picture
+    picture.rotate(-clockwise, expand=True).save(name)
+    return name
+
+
+def lying(points: np.ndarray, size: tuple[int, int], clockwise: int) -> np.ndarray:
+    """Where (…, 2) pixels of a picture of a size lie once it is turned."""
+    u, v = np.moveaxis(np.asarray(points, float), -1, 0)
+    width, height = size
+    places = {0: (u, v), 90: (height - v, u), 180: (width - u, height - v), 270: (v, width - u)}
+    return np.stack(places[clockwise], axis=-1)
+
+
+CUT = (0, 40, 768, 700)
+SIZE = (CUT[2] - CUT[0], CUT[3] - CUT[1])
+
+
+def assert_same_aus(one: dict, other: dict) -> None:
+    """Up to the last bits: sums over a turned picture are taken in another order."""
+    for name, au in one["aus"].items():
+        assert au["active"] == other["aus"][name]["active"]
+        for key in ("probability", "intensity"):
+            assert au[key] == pytest.approx(other["aus"][name][key], abs=0.02)
+
+
+@pytest.mark.parametrize("clockwise", [90, 180, 270])
+def test_pixels_are_those_of_the_picture_as_it_lies(capsys, folder, clockwise):
+    upright, there = turned_file("up.png", 0, CUT), turned_file("lies.png", clockwise, CUT)
+    assert cli.main(["detect", upright, there, "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1 and "it was turned" in said.err and "lies.png" in said.err
+    first, second = answers(said.out)
+    assert (first["turned"], second["turned"]) == (0, -clockwise % 360)
+    assert first["face"] is second["face"] is True
+    assert_same_aus(first, second)
+    assert first["head"] == pytest.approx(second["head"], abs=0.05)
+    for name, place in first["landmarks"].items():
+        np.testing.assert_allclose(
+            second["landmarks"][name], lying(place, SIZE, clockwise), atol=0.2
+        )
+    left, top, right, bottom = first["faces"][0]["box"]
+    corners = lying(np.array([(left, top), (right, bottom)]), SIZE, clockwise)
+    expected = [*corners.min(axis=0), *corners.max(axis=0)]
+    np.testing.assert_allclose(second["faces"][0]["box"], expected, atol=0.2)
+
+
+@pytest.mark.parametrize("clockwise", [90, 180, 270])
+def test_a_fit_is_the_same_however_the_picture_lies(capsys, folder, clockwise):
+    """Projection, strokes without a place, pins and the head's box lie as the picture does."""
+    pin = lying(np.array((430.0, 470.0)), SIZE, clockwise)
+    box = lying(np.array([(200.0, 60.0), (570.0, 610.0)]), SIZE, clockwise)
+    box = [*box.min(axis=0), *box.max(axis=0)]
+    ways = {
+        "plain": ([], []),
+        "pinned": (["--pin", "mouth_corner_left=430,470"],
+                   ["--pin", f"mouth_corner_left={pin[0]},{pin[1]}"]),
+        "placed": (["--align", "200,60,570,610"], ["--align", ",".join(map(str, box))]),
+    }  # fmt: skip
+    for name, (there, here) in ways.items():
+        reports = []
+        for turn, options in ((0, there), (clockwise, here)):
+            picture, out = turned_file("s.png", turn, CUT), f"{name}{turn}.json"
+            arguments = ["fit", picture, "-o", "f.obj", "--report", out, "--method", "shape", "-q"]
+            assert cli.main([*arguments, *options]) == 0
+            reports.append(json.loads(Path(out).read_text()))
+        up, lies = reports
+        assert (up["turned"], lies["turned"]) == (0, -clockwise % 360)
+        assert_same_aus(up, lies)
+        assert up["identity"] == pytest.approx(lies["identity"], abs=0.02)
+        assert up["contour_error_px"] == pytest.approx(lies["contour_error_px"], abs=0.1)
+        points = np.array([(0.01, 0.02, 0.1, 1), (-0.05, -0.03, 0.08, 1), (0, 0.1, 0.05, 1)])
+        at, there_at = (points @ np.array(r["projection"]).T for r in reports)
+        np.testing.assert_allclose(there_at[:, :2], lying(at[:, :2], SIZE, clockwise), atol=0.5)
+        one, other = (np.concatenate([n["polyline"] for n in r["unmatched"]]) for r in reports)
+        corners = [lying([points.min(axis=0), points.max(axis=0)], SIZE, turn)
+                   for points, turn in ((one, clockwise), (other, 0))]  # fmt: skip
+        one, other = ([*part.min(axis=0), *part.max(axis=0)] for part in corners)
+        np.testing.assert_allclose(other, one, atol=5)
+
+
+def test_a_fit_says_that_it_turned_the_drawing(capsys, folder):
+    picture = turned_file("lies.png", 180)
+    assert cli.main(["fit", picture, "-o", "f.obj", "--preview", "p.png"]) == 0
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1 and "upside down: it was turned by 180°" in said.err
+    assert Path("p.png").stat().st_size > 0
+
+
+def test_the_cameras_tag_is_followed(capsys, folder):
+    """A photograph that only its tag turns lies upright in every viewer."""
+    picture = Image.open(SKETCH).convert("L").rotate(90, expand=True)
+    exif = Image.Exif()
+    exif[0x0112] = 6  # to be shown turned by 90 degrees clockwise
+    picture.save("photo.jpg", quality=95, exif=exif)
+    assert cli.main(["detect", "photo.jpg", "--json"]) == 0
+    said = capsys.readouterr()
+    (answer,) = answers(said.out)
+    assert answer["turned"] == 0 and said.err == ""
+    assert answer["aus"]["smile"]["active"]
+
+
+@pytest.fixture
+def house(folder):
+    Image.fromarray((255 * doodle(doodles.house, 3)).astype(np.uint8)).save("house.png")
+    return "house.png"
+
+
+def test_what_is_no_face_shows_nothing(capsys, house):
+    assert cli.main(["detect", str(SKETCH), house, str(SKETCH), "--json"]) == 2
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1 and "No face was found in 'house.png'" in said.err
+    first, none, last = answers(said.out)
+    assert first == last and first["face"]
+    assert set(none) == set(first) and none["sketch"] == house
+    assert none["face"] is False and none["faces"] == []
+    assert not any(au["active"] or au["intensity"] for au in none["aus"].values())
+    assert set(none["aus"]) == set(first["aus"])
+
+
+def test_people_are_told_of_no_face(capsys, house):
+    assert cli.main(["detect", house, "--explain", "why.png"]) == 2
+    said = capsys.readouterr()
+    assert said.out.splitlines() == ["house.png", "  no face"]
+    assert said.err.count("\n") == 1 and not Path("why.png").exists()
+
+
+def test_a_smiley_is_not_fitted(capsys, folder):
+    sketches = []
+    for k in range(80, 90):
+        page = doodle(doodles.smiley, k)
+        why = load_detector().detect(page).trouble
+        if why == NO_NOSE:
+            Image.fromarray((255 * page).astype(np.uint8)).save("smiley.png")
+            sketches.append("smiley.png")
+    assert sketches
+    assert cli.main(["fit", "smiley.png", "-o", "face.obj"]) == 2
+    assert "has no nose" in capsys.readouterr().err
+    assert not Path("face.obj").exists()
+
+
+def test_the_evidence_of_a_picture_that_lies_is_shown_upright(capsys, folder):
+    up, lies = turned_file("up.png", 0), turned_file("it.png", 90)
+    for name, out in ((up, "a.png"), (lies, "b.png")):
+        assert cli.main(["detect", name, "--explain", out]) == 0
+    one, other = (np.asarray(Image.open(name))[explain.HEADING :] for name in ("a.png", "b.png"))
+    assert np.abs(one.astype(int) - other).max() <= 8
 
 
 # --- several faces on a page ----------------------------------------------------------------------
