@@ -15,7 +15,16 @@ from .conflicts import settle
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
 from .metrics import sigmoid
-from .plausible import HIDDEN, NO_NOSE, NOSE_FRAME, nose_ink, trouble, upright
+from .plausible import (
+    HIDDEN,
+    LIKELY,
+    NO_NOSE,
+    NOSE_FRAME,
+    expected_error,
+    nose_ink,
+    trouble,
+    upright,
+)
 from .preprocess import (
     Crop,
     Floats,
@@ -273,7 +282,8 @@ class Detector:
             if reading.face > SURE:
                 break
             turned = self._read(page, replace(widened(whole, AROUND), turn=turn))
-            if turned.face > reading.face + SURER:
+            known = expected_error(turned) <= LIKELY  # a profile is a face at a slant to many
+            if known and turned.face > reading.face + SURER:
                 reading = turned
         return reading
 
