@@ -212,12 +212,18 @@ def test_more_jobs_than_shards_start_no_more_workers(tmp_path, monkeypatch):
 # --- several at once, and stops ------------------------------------------------------------------
 
 
+def hears_ctrl_c() -> None:
+    """A process of the background, as these tests may be one, is started deaf to it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def started(out: Path, *more: str, count: int = 4000) -> subprocess.Popen[str]:
     """The command, generating, as soon as both of its workers draw."""
     run = subprocess.Popen(
         [sys.executable, "-m", "addon", "generate", "--count", str(count), "--out", str(out),
          "--seed", "3", *more],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=hears_ctrl_c,
     )  # fmt: skip
     workers = 2 if "--jobs" in more else 1
     while len(list(out.glob(".sketch2face-*.part/*"))) < workers:
