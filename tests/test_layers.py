@@ -173,7 +173,9 @@ def test_a_fit_does_without_what_is_slow_to_load(tmp_path):
     slow = {"scipy.signal", "scipy.stats", "scipy.interpolate", "scipy.optimize"}
     result = run_blocked(
         BLENDER | TRAINING | {"trimesh"},
-        f"from addon.cli import main\nassert main({arguments!r}) == 0\n"
+        f"import os\nfrom addon.cli import main\nassert 'numpy' not in sys.modules\n"
+        f"assert main({arguments!r}) == 0\n"
+        f"assert os.environ['OPENBLAS_NUM_THREADS']\n"
         f"assert not {slow!r} & set(sys.modules), set(sys.modules) & {slow!r}\n",
     )
     assert result.returncode == 0, result.stderr
