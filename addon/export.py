@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import io
 import os
 import sys
@@ -71,21 +72,26 @@ def write_mesh(
     targets = morph_targets(rig, parameters, names) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
-            _write_blend(job.beside(path), rig, parameters, offsets, path.stem, names)
+            _write_blend(job.beside(path), rig, parameters, offsets, _called(path), names)
             return
         shape = rig_shape(rig, parameters, offsets, targets)
         if suffix == ".fbx":
-            _write_fbx(job.beside(path), rig, shape, parameters, path.stem)
+            _write_fbx(job.beside(path), rig, shape, parameters, _called(path))
             return
-        WRITERS[suffix](job.beside(path), shape, path.stem)
+        WRITERS[suffix](job.beside(path), shape, _called(path))
         if keys:
             _write_keys(job.beside(_fit_for_keys(key_folder(path))), shape, progress)
+
+
+def _called(path: Path) -> str:
+    """What the face in a file is called: its name, without bytes that are no text."""
+    return path.stem.encode("utf-8", "replace").decode()
 
 
 def write_shape(path: Path, shape: Shape) -> None:
     """Write a surface to `path` (.glb, .obj or .ply), whole or not at all."""
     with Outputs() as outputs:
-        WRITERS[path.suffix.lower()](outputs.beside(path), shape, path.stem)
+        WRITERS[path.suffix.lower()](outputs.beside(path), shape, _called(path))
 
 
 def file_to_core(path: Path) -> NDArray[np.float64]:
@@ -229,13 +235,24 @@ def _quiet() -> Iterator[None]:
         os.close(ours)
 
 
+@contextlib.contextmanager
+def _failing_as_files_do() -> Iterator[None]:
+    """Blender's word for a file that it could not write, a RuntimeError, as an OSError."""
+    try:
+        yield
+    except RuntimeError as error:
+        told = [line for line in str(error).splitlines() if "Error: " in line]
+        why = told[-1].rpartition("Error: ")[2] if told else "Blender could not write it"
+        raise OSError(errno.EIO, why) from error
+
+
 def _write_blend(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
 
     build_face(name, rig, parameters, offsets, arkit=names == "arkit")
     bpy.context.preferences.filepaths.save_version = 0
-    with _quiet():
+    with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
 
 
@@ -258,7 +275,7 @@ def _write_fbx(
     face.data.vertices.foreach_set("co", posed.ravel())
     face.data.update()
     add_moves(face, posed, {key: to_blender(move) for key, move in shape.moves.items()})
-    with _quiet():
+    with _quiet(), _failing_as_files_do():
         write_still_fbx(path, face)
 
 
