@@ -276,7 +276,8 @@ def storyboard() -> None:
     board.mkdir()
     for number, file in enumerate((sketch, OTHER)):
         shutil.copy(file, board / f"{number}.png")
-    settings().storyboard = str(board)
+    settings().storyboard, settings().storyboard_every = str(board), 2
+    bpy.data.batch_remove(bpy.data.objects)  # Blender's exporters try every frame on every object
     press("mesh.add_facs_face")
     press("sketch_to_face.storyboard")
     for ending in (".glb", ".fbx"):
