@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,6 +121,8 @@ def open_session(path: Path, sha256: str, threads: int):
         raise ValueError(f"{path} cannot be read: install the package again.") from None
     if hashlib.sha256(weights).hexdigest() != sha256:
         raise ValueError(f"{path} is damaged or of another version: install the package again.")
+    # It would report its use to its maker, and complain on stderr where HOME cannot be written to.
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

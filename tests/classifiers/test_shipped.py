@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -88,3 +91,15 @@ def test_pages_without_a_face_are_seldom_taken_for_one():
     detector = load_detector()
     taken = [detector.detect(1 - page / 255.0).face_probability > 0.5 for page in pages]
     assert np.mean(taken) <= 0.1
+
+
+def test_reading_a_sketch_reports_to_nobody(tmp_path):
+    """Neither does it leave anything at home, nor complain that it cannot."""
+    sketch = Path(__file__).parents[2] / "addon" / "sketches" / "smiling_woman.png"
+    for home in (tmp_path, Path("/dev/null/nobody")):
+        done = subprocess.run(
+            [sys.executable, "-m", "addon", "detect", str(sketch)], check=True,
+            cwd=sketch.parents[2], env=os.environ | {"HOME": str(home)}, capture_output=True,
+        )  # fmt: skip
+        assert done.stderr == b""
+    assert not list(tmp_path.rglob("*onnx*"))
