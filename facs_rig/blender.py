@@ -27,6 +27,7 @@ from facs_rig.blender_armature import (
     drive_jaw,
     jaw_motions,
     make_armature,
+    metre,
     skin_weights,
     to_blender,
     turn_bone,
@@ -68,7 +69,8 @@ def build_face(
     rig, parameters : the face; `aus` and `gaze` set the sliders, `head` and `neck` the bones.
     offsets : (n, 3) float, metres, upright head frame, core axes; becomes the key "Fitted".
     collection : where the objects are linked; the scene's own if None.
-    location : metres, Blender axes; where the head's pivot comes to lie.
+    location : units of the scene, Blender axes; where the head's pivot comes to lie.
+        The armature is scaled so that a metre of the face is a metre of the scene (`metre`).
     identity_keys : the basis is the default face, and the identity is in shape keys that
         `set_identity` changes; otherwise it is baked into the basis.
     arkit : add the 52 shape keys with ARKit's names (0 to 1, not driven: for live capture).
@@ -184,6 +186,7 @@ def _build(
         for bone, angles in ((NECK, parameters.neck), (HEAD, parameters.head)):
             turn_bone(armature.pose.bones[bone], angles)
         armature.location = location
+        armature.scale = (metre(bpy.context.scene),) * 3
         face.parent = armature
         face[MARK] = VERSION
         become = set_identity if identity_keys else settle

@@ -123,18 +123,37 @@ def make_armature(name: str, rig: FaceRig, made: list[bpy.types.ID]) -> bpy.type
     return armature
 
 
+def layer_of(context) -> bpy.types.ViewLayer:
+    """The view layer to work in: the context's or, where a script has put another scene into the
+    context and left the layer as it was, the first of that scene."""
+    scene, layer = context.scene, context.view_layer
+    return layer if layer is not None and layer.id_data == scene else scene.view_layers[0]
+
+
+def metre(scene: bpy.types.Scene) -> float:
+    """How many units of the scene are a metre, so that a head is as tall as a head there.
+
+    Feet and inches are Blender's own affair: only the scale of its units counts, and without units
+    a metre is 1.
+    """
+    units = scene.unit_settings
+    return 1.0 if units.system == "NONE" else 1.0 / units.scale_length
+
+
 def _edit_bones(armature: bpy.types.Object, bones: list[_Bone], joints: Mapping) -> None:
     """Make the bones, which Blender allows in Edit Mode alone.
 
     For that the armature must be seen: it lies in the scene's own collection for the while,
     whatever the artist's collection shows.
     """
-    layer, root = bpy.context.view_layer, bpy.context.scene.collection
-    before = layer.objects.active
+    scene, layer = bpy.context.scene, layer_of(bpy.context)
+    root, before = scene.collection, layer.objects.active
     root.objects.link(armature)
     layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
+    there = {"scene": scene, "view_layer": layer, "active_object": armature, "object": armature}
     try:
+        with bpy.context.temp_override(**there):
+            bpy.ops.object.mode_set(mode="EDIT")
         for bone in bones:
             made = armature.data.edit_bones.new(bone.name)
             place = Vector(to_blender(joints[bone.joint]).tolist())
@@ -145,7 +164,8 @@ def _edit_bones(armature: bpy.types.Object, bones: list[_Bone], joints: Mapping)
             if bone.parent is not None:
                 made.parent = armature.data.edit_bones[bone.parent]
     finally:
-        bpy.ops.object.mode_set(mode="OBJECT")
+        with bpy.context.temp_override(**there):
+            bpy.ops.object.mode_set(mode="OBJECT")
         layer.objects.active = before
         root.objects.unlink(armature)
 

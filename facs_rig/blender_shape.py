@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import from_blender
+from facs_rig.blender_armature import from_blender, metre
 from facs_rig.blender_arrays import corners_of, read_key, write_places
 from facs_rig.blender_keys import FITTED, add_key, moved
 from facs_rig.blender_materials import SKIN_NODE
@@ -153,7 +153,8 @@ def _in_the_world(final: bpy.types.Object) -> NDArray[np.float32]:
     points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
     mesh.vertices.foreach_get("co", points.reshape(-1))
     world = np.array(final.matrix_world)
-    return from_blender(points @ world[:3, :3].T + world[:3, 3])
+    # files are in metres, whatever the scene's units are
+    return from_blender((points @ world[:3, :3].T + world[:3, 3]) / metre(bpy.context.scene))
 
 
 def _add_arkit(twin: bpy.types.Object, rig: FaceRig) -> None:

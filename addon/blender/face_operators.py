@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, IntProperty
 from facs_rig.blender_pose import mover_of
 from facs_rig.blender_twin import stand_alone
 
-from . import faces, translation
+from . import faces, operators, placing, translation
 from .reporting import reported
 
 NAME = "FACS Face"
@@ -67,7 +67,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
             column.prop(self, "seed")
 
     def execute(self, context):
-        """Build at the 3D cursor, select."""
+        """Build at the 3D cursor, select, look."""
         with reported(self, ValueError) as outcome:
             from facs_rig import FaceParameters
             from facs_rig.blender import build_face
@@ -75,16 +75,20 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
 
             rig = load_rig()
             identity = _any_person(self.seed) if self.random_identity else {}
+            wanted = tuple(context.scene.cursor.location)
+            # A cursor that somebody has put somewhere is meant; a new file's own is in its cube.
+            free = wanted if any(wanted) else placing.clear_place(context, wanted)
             face = build_face(
                 NAME,
                 rig,
                 FaceParameters(identity=identity),
                 collection=faces.home(context),
-                location=context.scene.cursor.location,
+                location=free,
                 identity_keys=self.identity_keys,
                 arkit=self.arkit,
             )
             faces.select_alone(context, face)
+            operators.look_at(context, face)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 

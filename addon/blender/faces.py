@@ -2,15 +2,31 @@
 
 import bpy
 
-from facs_rig.blender_pose import check_face, is_face, mover_of
+from facs_rig.blender_armature import layer_of
+from facs_rig.blender_pose import armature_of, check_face, is_face, mover_of
 
 from . import sources, translation
+
+
+def active_object(context) -> bpy.types.Object | None:
+    """The context's; without a window (in a timer, or where a script took it away) the layer's."""
+    if hasattr(context, "active_object"):
+        return context.active_object
+    return layer_of(context).objects.active
+
+
+def selected_objects(context) -> list[bpy.types.Object]:
+    """The context's; without a window the layer's."""
+    if hasattr(context, "selected_objects"):
+        return list(context.selected_objects)
+    layer = layer_of(context)
+    return [thing for thing in layer.objects if thing.select_get(view_layer=layer)]
 
 
 def active_face(context) -> bpy.types.Object | None:
     """The face that the artist works on: the active object, the one that the active rig carries,
     or the one that was made last of the active Grease Pencil drawing."""
-    active = context.active_object
+    active = active_object(context)
     if active is None:
         return None
     for candidate in (active, *active.children):
@@ -86,16 +102,25 @@ class OnSketchedFace(OnFace):
 def home(context) -> bpy.types.Collection:
     """The collection that new objects go to: the active one or, where that is of another file or
     left out of what is shown, the scene's own, as with Blender's own new objects."""
-    active = context.collection
+    chosen = layer_of(context).active_layer_collection
+    active = chosen.collection
     own = active.library is None and active.override_library is None
-    shown = not context.view_layer.active_layer_collection.exclude
+    shown = not chosen.exclude
     return active if own and shown else context.scene.collection
 
 
 def select_alone(context, made: bpy.types.Object) -> None:
-    """Make it the active object, and the only selected one."""
-    for selected in context.selected_objects:
-        selected.select_set(False)
-    if made.name in context.view_layer.objects:
-        made.select_set(True)
-        context.view_layer.objects.active = made
+    """Make it the active object, and the only selected one; seen in a local view, too."""
+    layer = layer_of(context)
+    layer.update()  # what was linked a moment ago is not among its objects yet
+    for other in layer.objects:
+        if other.select_get(view_layer=layer):
+            other.select_set(False, view_layer=layer)
+    if made.name in layer.objects:
+        made.select_set(True, view_layer=layer)
+        layer.objects.active = made
+    space = context.space_data
+    if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
+        for thing in (made, armature_of(made)):
+            if thing is not None:
+                thing.local_view_set(space, True)

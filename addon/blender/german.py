@@ -25,6 +25,7 @@ BUTTONS = {
     # how it is fitted
     "Fit Again": "Neu anpassen",
     "Use the Chosen Sketch": "Gewählte Skizze verwenden",
+    "Try a Sample": "Beispiel ausprobieren",
     "Drag Pins": "Pins ziehen",
     "Pin a Point": "Punkt festpinnen",
     "Remove Pins": "Pins entfernen",
@@ -961,6 +962,27 @@ SENTENCES = {
     ),
     "Pins are dragged in the 3D view: press the button there": (
         "Pins werden in der 3D-Ansicht gezogen: den Knopf dort drücken"
+    ),
+    "Choose one of the drawings that come with the add-on, to see what the button does": (
+        "Eine der Zeichnungen wählen, die das Add-on mitbringt, um zu sehen, was der Knopf tut"
+    ),
+    "Drawing": "Zeichnung",
+    "Which of them": "Welche davon",
+    "Smiling Woman": "Lachende Frau",
+    "A woman who laughs": "Eine Frau, die lacht",
+    "Angry Man": "Wütender Mann",
+    "A man who shouts": "Ein Mann, der schreit",
+    "Worried Old Man": "Besorgter alter Mann",
+    "An old man with a lined forehead": "Ein alter Mann mit faltiger Stirn",
+    "'{name}' is a movie: save the frame that you mean as a picture, and choose that.": (
+        "„{name}“ ist ein Film: das gemeinte Einzelbild als Bild speichern und dieses auswählen."
+    ),
+    "Nobody can read the pixels of '{name}': save it with Image > Save As, and choose that file.": (
+        "Die Pixel von „{name}“ kann niemand lesen: mit Bild > Speichern unter sichern und die "
+        "Datei auswählen."
+    ),
+    "The sample drawings are missing: install the add-on's zip again": (
+        "Die Beispielzeichnungen fehlen: die Zip-Datei des Add-ons neu installieren"
     ),
     "'{path}' cannot be used: {error}": "„{path}“ ist nicht zu gebrauchen: {error}",
     "'{path}' names no file; say which one to write.": (

@@ -60,7 +60,7 @@ def changed(face: bpy.types.Object) -> bool:
     tried, why = _tried.get(face.name, ("", ""))
     if tried == mark:
         troubles[face.name] = why
-    return tried != mark and face.mode != "EDIT"
+    return tried != mark and face.mode == "OBJECT"  # in another, its keys cannot be written
 
 
 def _forget(names: set[str]) -> None:

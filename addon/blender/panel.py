@@ -74,6 +74,10 @@ class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
         row.prop(settings, "sketch_kind", expand=True)
         if settings.sketch_kind == "FILE":
             column.prop(settings, "sketch", text="")
+            if not settings.sketch.strip():
+                column.operator_menu_enum(
+                    operators.SKETCHTOFACE_OT_try_sample.bl_idname, "drawing", icon="IMAGE_DATA"
+                )
         elif settings.sketch_kind == "IMAGE":
             column.template_ID(settings, "sketch_image", open="image.open")
         else:

@@ -2,6 +2,8 @@
 
 import bpy
 
+from facs_rig.blender_armature import metre
+
 from . import faces
 from .operators import to_object_mode
 from .reporting import reported
@@ -24,7 +26,7 @@ class SKETCHTOFACE_OT_new_drawing(bpy.types.Operator):
             settings = context.scene.sketch_to_face
             settings.sketch_kind, settings.sketch_pencil = "PENCIL", pencil
             faces.select_alone(context, pencil)
-            if context.active_object == pencil:
+            if faces.active_object(context) == pencil:
                 _look(context)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
@@ -57,8 +59,8 @@ def _look(context) -> None:
         bpy.ops.view3d.view_axis(type="FRONT")
         view = area.spaces.active.region_3d
         view.view_location = context.scene.cursor.location
-        view.view_distance = 0.8
-        kind = context.active_object.type
+        view.view_distance = 0.8 * metre(context.scene)
+        kind = faces.active_object(context).type
         mode = "PAINT_GREASE_PENCIL" if kind == "GREASEPENCIL" else "PAINT_GPENCIL"
         bpy.ops.object.mode_set(mode=mode)
     context.scene.tool_settings.gpencil_stroke_placement_view3d = "ORIGIN"

@@ -23,7 +23,7 @@ def giver(context) -> bpy.types.Object:
     """The face whose expression is given to others: the active one, else the only one selected,
     else the one that was made of a sketch last, else the only one. ValueError if that is none."""
     active = faces.active_face(context)
-    selected = [o for o in context.selected_objects if is_face(o)]
+    selected = [o for o in faces.selected_objects(context) if is_face(o)]
     present = [o for o in context.scene.objects if is_face(o)]
     fitted = sorted(
         (o for o in present if o.sketch_to_face.number), key=lambda o: o.sketch_to_face.number
@@ -48,7 +48,7 @@ def giver(context) -> bpy.types.Object:
 def wearers(context, source: bpy.types.Object | None = None) -> list[bpy.types.Object]:
     """The selected meshes but `source`, one of each that share their shape keys."""
     chosen = {}
-    for mesh in context.selected_objects:
+    for mesh in faces.selected_objects(context):
         if mesh.type == "MESH" and mesh != source:
             chosen.setdefault(mesh.name if is_face(mesh) else mesh.data.name_full, mesh)
     if not chosen:
@@ -99,7 +99,7 @@ class OnMeshes:
         if context.mode != "OBJECT":
             cls.poll_message_set(translation.tip("Go to Object Mode first"))
             return False
-        if not any(o.type == "MESH" for o in context.selected_objects):
+        if not any(o.type == "MESH" for o in faces.selected_objects(context)):
             cls.poll_message_set(
                 translation.tip("Select the meshes that are to wear the expression")
             )

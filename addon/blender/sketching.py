@@ -15,7 +15,7 @@ from facs_rig import FaceParameters
 from facs_rig.blender_keys import GAZE
 from facs_rig.blender_pose import pose_of, refresh, set_pose
 
-from . import faces, memory, preferences, properties, sources, translation
+from . import faces, memory, placing, preferences, properties, sources, translation
 from .work import Errand, Progress, Steps, Tick, away, within
 
 if TYPE_CHECKING:
@@ -126,7 +126,8 @@ def new_face(context, holder) -> Steps:
 
     name, shape = sources.source_of(holder).name, Shape()
     work = reading(context, holder, shape=shape)
-    place = {"collection": faces.home(context), "location": sources.place_beside(context, holder)}
+    wanted = sources.place_beside(context, holder)
+    place = {"collection": faces.home(context), "location": placing.clear_place(context, wanted)}
     rig = yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
     errand = Errand(work)
     face, waits = None, False

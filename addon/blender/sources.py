@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +16,7 @@ from bpy.props import EnumProperty, PointerProperty, StringProperty
 from numpy.typing import NDArray
 
 from addon.accepted import SketchError
+from facs_rig.blender_armature import metre
 
 from . import translation
 from .preferences import RELATIVE
@@ -103,8 +106,10 @@ def _file(holder) -> Source:
         raise SketchError(
             translation.text("No sketch is chosen: pick the image of a drawn face first.")
         )
-    path = Path(bpy.path.abspath(holder.sketch)).expanduser()
+    return _file_source(Path(bpy.path.abspath(holder.sketch)).expanduser())
 
+
+def _file_source(path: Path) -> Source:
     def load():
         from addon.drawing import load_drawing  # late: Blender starts faster without
 
@@ -122,19 +127,71 @@ def file_mark(path: Path) -> str:
     return f"{path} {state.st_mtime_ns} {state.st_size}"
 
 
+def _without_pixels(image: bpy.types.Image) -> str:
+    """Why an image has no pixels, and what to do."""
+    if image.source == "MOVIE":
+        return translation.text(
+            "'{name}' is a movie: save the frame that you mean as a picture, and choose that.",
+            name=image.name,
+        )
+    if image.source == "VIEWER":
+        return translation.text(
+            "Nobody can read the pixels of '{name}': save it with Image > Save As, and choose that "
+            "file.",
+            name=image.name,
+        )
+    return translation.text(
+        "The image '{name}' has no pixels; is its file missing?", name=image.name
+    )
+
+
+def frame_of(image: bpy.types.Image) -> str:
+    """The file of the frame of an image sequence that is shown now.
+
+    As the image editor or the empty that shows it says; else the chosen file is that of frame 1.
+    """
+    path = bpy.path.abspath(image.filepath)
+    digits = re.search(r"(\d+)(?!.*\d)", os.path.basename(path))
+    if digits is None:
+        return path
+    start, stop = digits.span()
+    folder, name = os.path.split(path)
+    user = _user_of(image)
+    if user is None:
+        number = int(digits[0]) + bpy.context.scene.frame_current - 1
+    else:
+        number = user.frame_current + user.frame_offset
+    first = int(digits[0])
+    shown = f"{number:0{stop - start}d}" if number >= 0 else digits[0]
+    found = os.path.join(folder, name[:start] + shown + name[stop:])
+    if os.path.isfile(found) or number == first:
+        return found
+    return path  # before the first or after the last: what the sequence was opened with
+
+
+def _user_of(image: bpy.types.Image):
+    """What says which frame of a sequence is shown; None if nothing shows it."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            space = area.spaces.active
+            if area.type == "IMAGE_EDITOR" and space.image == image:
+                return space.image_user
+    empties = (o for o in bpy.context.scene.objects if o.type == "EMPTY" and o.data == image)
+    empty = next(empties, None)
+    return empty.image_user if empty is not None else None
+
+
 def _image(holder) -> Source:
     image = holder.sketch_image
     if image is None:
         raise SketchError(
             translation.text("No image is chosen: pick one of this file's images first.")
         )
+    if image.source == "SEQUENCE":
+        return _file_source(Path(frame_of(image)))
     width, height = image.size
     if not width or not height or not image.channels:
-        raise SketchError(
-            translation.text(
-                "The image '{name}' has no pixels; is its file missing?", name=image.name
-            )
-        )
+        raise SketchError(_without_pixels(image))
     pixels = np.empty(width * height * image.channels, dtype=np.float32)
     image.pixels.foreach_get(pixels)
     name, channels = image.name, image.channels
@@ -178,8 +235,9 @@ def _pencil(holder) -> Source:
 
 
 def place_beside(context, holder) -> tuple[float, float, float]:
-    """Where the face of a sketch comes to stand, metres: at the 3D cursor or, where the sketch is
-    drawn in the view, to its right, so that neither hides the other."""
+    """Where the face of a sketch is meant to stand, in units of the scene: at the 3D cursor or,
+    where the sketch is drawn in the view, to its right, so that neither hides the other."""
+    wide = BESIDE * metre(context.scene)
     if holder.sketch_kind != "PENCIL" or holder.sketch_pencil is None:
         return tuple(context.scene.cursor.location)
     drawn = [points for points, _ in strokes_of(holder.sketch_pencil)]
@@ -187,7 +245,7 @@ def place_beside(context, holder) -> tuple[float, float, float]:
         return tuple(context.scene.cursor.location)
     points = np.concatenate(drawn)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    x, y, z = float(high[0]) + BESIDE, *((low + high) / 2)[1:].tolist()
+    x, y, z = float(high[0]) + wide, *((low + high) / 2)[1:].tolist()
     return (x, y, z)
 
 
@@ -196,8 +254,9 @@ def strokes_of(pencil: bpy.types.Object) -> list[tuple[NDArray, NDArray]]:
     read = _strokes_of_curves if pencil.type == "GREASEPENCIL" else _strokes_of_points
     matrix = np.array(pencil.matrix_world)
     size = float(np.abs(np.linalg.det(matrix[:3, :3]))) ** (1 / 3)
+    thinnest = THINNEST * metre(bpy.context.scene)
     return [
-        (points @ matrix[:3, :3].T + matrix[:3, 3], np.maximum(radii * size, THINNEST))
+        (points @ matrix[:3, :3].T + matrix[:3, 3], np.maximum(radii * size, thinnest))
         for points, radii in read(pencil)
         if len(points)
     ]

@@ -230,6 +230,10 @@ def corrections() -> None:
     press("sketch_to_face.default_tweakables")
     settings().sketch = OTHER
     press("sketch_to_face.adopt_sketch")
+    chosen = bpy.context.scene.sketch_to_face.sketch
+    press("sketch_to_face.try_sample")
+    assert Path(bpy.context.scene.sketch_to_face.sketch).is_file(), "the zip has no samples"
+    bpy.context.scene.sketch_to_face.sketch = chosen
 
 
 def sketches_of_every_kind() -> None:

@@ -197,6 +197,12 @@ def test_a_lean_wheel_lacks_tests_and_sample_pictures_and_nothing_else(tmp_path)
         assert f"-{BUILD}-cp311-" in made.name
 
 
+def test_the_sample_drawings_travel_in_the_core(tmp_path):
+    names = zipfile.ZipFile(core_wheel(ROOT, "1.0", tmp_path)).namelist()
+    for path in (ROOT / "addon" / "sketches").glob("*.png"):
+        assert f"addon/sketches/{path.name}" in {re.sub("^[^/]*/(?=addon/)", "", n) for n in names}
+
+
 def test_another_content_gives_the_core_another_version(tmp_path):
     """Blender does not unpack a wheel again whose name and version it has already."""
     for name in (*needs.PACKAGES, "LICENSE"):

@@ -30,6 +30,7 @@ def settings(shell):
 def test_an_image_gives_the_face_of_its_file(settings, sketch, evaluated):
     settings.sketch = str(sketch)
     from_file = evaluated(press())
+    bpy.ops.object.delete()  # or the next one comes to stand beside it
     settings.sketch_kind, settings.sketch_image = "IMAGE", image_of(sketch)
     face = press()
     assert face.name == "Drawn"

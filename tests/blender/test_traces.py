@@ -250,6 +250,7 @@ PRESSED: dict[str, dict | Callable] = {
     "sketch_to_face.reset_sliders": {"to": "NEUTRAL", "head": True},
     "sketch_to_face.stand_alone": linked_duplicate,
     "sketch_to_face.storyboard": folder_of_sketches,
+    "sketch_to_face.try_sample": {"drawing": "angry_man"},
     "sketch_to_face.unlock_all": {},
     "sketch_to_face.unpin": {"name": ""},
 }
@@ -279,7 +280,7 @@ def furnished(shell, sketch):
     face = bpy.context.active_object
     face["smile_left"], face["gaze_yaw"] = 2.0, 10.0
     face.sketch_to_face.detections["jaw_open"].intensity = 3.0
-    ops.pin(name="nose_tip", place=(150.0, 200.0))
+    ops.pin(name="nose_tip", place=(384.0, 400.0))
     data = bpy.data.meshes.new("Other")
     data.from_pydata([(0, 0, 0), (1, 0, 0), (0, 0, 1)], [], [(0, 1, 2)])
     other = bpy.data.objects.new("Other", data)
