@@ -21,6 +21,7 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy import ndimage
 
 from addon.accepted import FORMATS, SketchError
+from addon.ruled import without_rules
 from facs_rig.files import reason_of
 
 Floats = NDArray[np.float32]
@@ -31,6 +32,7 @@ MOST_PIXELS = 150_000_000  # a whole decoded picture has to fit into memory
 
 _PAPER_BLOCKS = 192  # the paper's tone is estimated on a grid of about so many blocks a side
 _SOLID_INK = 0.35  # of the way from ink to paper: a broad area below is ink, above it is shadow
+_BLACK, _MUCH_BLACK = 0.15, 0.25  # tone relative to the paper; share of the page
 _FAINTEST_CONTRAST = 0.04  # of the full range, between paper and ink
 _FAINTEST_INK = 0.12  # darkness relative to the paper that can be a stroke
 _LEAST_INK = 2e-4  # share of the picture: less than that is dust
@@ -294,12 +296,16 @@ def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
             f"{name} looks like a photograph or a painting, not a line drawing; "
             "trace the lines of the face on a blank layer and use that."
         )
-    # Most of the picture is paper, so that the median is the paper's own tone.
-    paper *= min(1.0, float(np.median(values / paper)))
-    noise = 1.4826 * float(np.median(np.abs(values - paper)))  # robust standard deviation
+    # Most of what is not solid black is paper, so that its median is the paper's own tone.
+    there = _not_solid(values / paper)
+    paper *= min(1.0, float(np.median((values / paper)[there])))
+    noise = 1.4826 * float(np.median(np.abs(values - paper)[there]))  # robust standard deviation
     darkness = np.maximum(1 - values / paper, 0)
     grain = noise / paper  # the same noise is stronger against dimly lit paper
     ink = darkness > np.maximum(_FAINTEST_INK, 4 * grain)
+    ruled, darkness = darkness, without_rules(darkness, ink)
+    if darkness is not ruled:
+        ink &= darkness > 0
     share = float(ink.mean())
     if share < _LEAST_INK:
         raise SketchError(f"{name} is blank; draw a face on it, or choose another file.")
@@ -334,7 +340,10 @@ def _is_light_on_dark(values: Floats) -> bool:
         ]
     )
     lightness = float(np.median(values)) + float(np.median(edge)) - 1
-    if abs(lightness) > 0.2:
+    # Of strokes there is little. Where both tones are broad, as with much black hair, none is paper
+    # because there is more of it.
+    black = float((values < 0.5).mean())
+    if abs(lightness) > 0.2 and not _MUCH_BLACK < black < 1 - _MUCH_BLACK:
         return lightness < 0
     detail = values - ndimage.gaussian_filter(values, min(values.shape) / 40)
     skewness = float((detail**3).mean()) / max(float(detail.std()) ** 3, 1e-12)
@@ -404,13 +413,20 @@ def _upper_surface(tones: Floats) -> Floats:
     return surface.reshape(tones.shape).astype(np.float32)
 
 
+def _not_solid(lightness: Floats) -> NDArray[np.bool_]:
+    """(h, w) what is not black, of a page of which much is; all of any other page."""
+    solid = lightness < _BLACK
+    return ~solid if solid.mean() > _MUCH_BLACK else np.ones_like(solid)
+
+
 def _tonality(darkness: Floats) -> float:
     """How far the tones spread beyond ink and paper; a line drawing stays under 1.
 
     Counts the spread of the commonest tones (nearly none on paper) and the share of the picture
     in mid-toned areas wider than any stroke's soft edge.
     """
-    spread = 1.4826 * float(np.median(np.abs(darkness - np.median(darkness))))
+    tones = darkness[_not_solid(1 - darkness)]
+    spread = 1.4826 * float(np.median(np.abs(tones - np.median(tones))))
     middle = np.logical_and(darkness > 0.15, darkness < 0.85)
     radius = max(1, round(max(darkness.shape) / 256))
     broad = float(ndimage.minimum_filter(middle, 2 * radius + 1).mean())
