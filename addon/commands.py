@@ -22,6 +22,7 @@ from addon.console import (
     assignment,
     distinct,
     file_name,
+    name_paths,
     need_bpy,
     remark,
     say,
@@ -449,6 +450,7 @@ def train_arguments(parser: argparse.ArgumentParser) -> None:
     from classifiers import train
 
     train.add_arguments(parser)
+    name_paths(parser)
 
 
 def train(options: argparse.Namespace) -> int:
@@ -461,6 +463,7 @@ def evaluate_arguments(parser: argparse.ArgumentParser) -> None:
     from classifiers import evaluate
 
     evaluate.add_arguments(parser)
+    name_paths(parser)
 
 
 def evaluate(options: argparse.Namespace) -> int:

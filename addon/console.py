@@ -112,6 +112,17 @@ def distinct(paths: Sequence[Any]) -> None:
         seen[key] = path
 
 
+def name_paths(parser: argparse.ArgumentParser) -> None:
+    """Let options that are paths take no empty names."""
+
+    def file_path(text: str) -> Path:
+        return Path(file_name(text))
+
+    for action in parser._actions:
+        if action.type is Path:
+            action.type = file_path
+
+
 def file_name(text: str) -> str:
     """`text`, for argparse: an option that names a file or a folder."""
     if not text or "\0" in text:

@@ -374,31 +374,31 @@ def results(args: argparse.Namespace, progress: Progress | None) -> Iterator[dic
 
 
 def run(args: argparse.Namespace, progress: Progress | None = None) -> int:
-    """Print the figures; 0 when done, 2 if the shards or the weights cannot be used."""
-    try:
-        if args.baseline and not args.data:
-            raise ValueError("--baseline is measured on test sets: name one with --data.")
-        if not args.data:
-            stored = load_detector(args.weights).model["figures"]
-            stored = {kind: stored[kind] for kind in ("clean", "drawn_over")}
-            if args.json:
-                print(json.dumps(rounded(stored)))
-            else:
-                print("\n\n".join(f"{kind}\n{table(result)}" for kind, result in stored.items()))
-            return 0
-        for result in results(args, progress):
-            text = f"{result['data']}\n{table(result)}\n"
-            print(json.dumps(rounded(result)) if args.json else text, flush=True)
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
+    """Print the figures; ValueError if the shards or the weights cannot be used."""
+    if args.baseline and not args.data:
+        raise ValueError("--baseline is measured on test sets: name one with --data.")
+    if not args.data:
+        stored = load_detector(args.weights).model["figures"]
+        stored = {kind: stored[kind] for kind in ("clean", "drawn_over")}
+        if args.json:
+            print(json.dumps(rounded(stored)))
+        else:
+            print("\n\n".join(f"{kind}\n{table(result)}" for kind, result in stored.items()))
+        return 0
+    for result in results(args, progress):
+        text = f"{result['data']}\n{table(result)}\n"
+        print(json.dumps(rounded(result)) if args.json else text, flush=True)
     return 0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     add_arguments(parser)
-    return run(parser.parse_args(argv))
+    try:
+        return run(parser.parse_args(argv))
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

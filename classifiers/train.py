@@ -418,54 +418,54 @@ def chosen(names: str) -> tuple[str, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train and export; 0 when done, 2 if the data or the options cannot be used."""
+    """Train and export; ValueError if the data or the options cannot be used."""
     # Before torch is loaded: threads spinning at a barrier take the core that draws the batches.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     config = Config(**{field.name: getattr(args, field.name) for field in fields(Config)})
-    try:
-        if bool(args.only) != bool(args.start):
-            raise ValueError("--only and --start belong together: which units, and to what.")
-        for names in (args.only, args.baseline):
-            if names is not None:
-                chosen(names)  # a slip in a name is told before the drawings are read
-        data = shards.load(args.data, args.limit)
-        if args.speed:
-            speed(CONTROL_NAMES, tuple(data.records[0]["landmarks"]), config)
-            return 0
-        args.out.mkdir(parents=True, exist_ok=True)
-        to_file = logging.FileHandler(args.out / "train.log")
-        to_screen = logging.StreamHandler(sys.stdout)
-        for handler in (to_file, to_screen):
-            handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
-            log.addHandler(handler)
-        log.setLevel(logging.INFO)
-        log.info("config %s", json.dumps(asdict(config)))
-        if args.baseline:
-            from .googlenet import train_baseline
+    if bool(args.only) != bool(args.start):
+        raise ValueError("--only and --start belong together: which units, and to what.")
+    for names in (args.only, args.baseline):
+        if names is not None:
+            chosen(names)  # a slip in a name is told before the drawings are read
+    data = shards.load(args.data, args.limit)
+    if args.speed:
+        speed(CONTROL_NAMES, tuple(data.records[0]["landmarks"]), config)
+        return 0
+    args.out.mkdir(parents=True, exist_ok=True)
+    to_file = logging.FileHandler(args.out / "train.log")
+    to_screen = logging.StreamHandler(sys.stdout)
+    for handler in (to_file, to_screen):
+        handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
+        log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.info("config %s", json.dumps(asdict(config)))
+    if args.baseline:
+        from .googlenet import train_baseline
 
-            for unit in chosen(args.baseline):
-                train_baseline(data, unit, args.out, config)
-            return 0
-        if args.only:
-            from .retrain import retrain
+        for unit in chosen(args.baseline):
+            train_baseline(data, unit, args.out, config)
+        return 0
+    if args.only:
+        from .retrain import retrain
 
-            checkpoint = retrain(data, args.start, chosen(args.only), args.out, config)
-        else:
-            checkpoint = train(data, CONTROL_NAMES, args.out, config)
-        if not args.no_export:
-            from .export import export
+        checkpoint = retrain(data, args.start, chosen(args.only), args.out, config)
+    else:
+        checkpoint = train(data, CONTROL_NAMES, args.out, config)
+    if not args.no_export:
+        from .export import export
 
-            export(checkpoint, data, args.weights or args.out / "weights", log.info)
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
+        export(checkpoint, data, args.weights or args.out / "weights", log.info)
     return 0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     add_arguments(parser)
-    return run(parser.parse_args(argv))
+    try:
+        return run(parser.parse_args(argv))
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -273,6 +273,7 @@ REASONS = {
     errno.ELOOP: "it is a link that leads back to itself",
     errno.ENOTDIR: "a part of the path is a file where a folder is needed",
     errno.EISDIR: "a folder of that name is there; choose another name",
+    errno.EEXIST: "a file of that name is there; choose another name",
     errno.EBUSY: "another program holds it; close that, or choose another name",
 }
 
