@@ -303,8 +303,6 @@ def help_and_log() -> None:
 
 def samples() -> None:
     """Those that the zip brings."""
-    if "sketch_to_face.try_sample" not in buttons():
-        return
     for drawing in choices("sketch_to_face.try_sample", "drawing"):
         press("sketch_to_face.try_sample", drawing=drawing)
         assert Path(settings().sketch).is_relative_to(os.environ["BLENDER_USER_RESOURCES"])
