@@ -16,7 +16,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from addon import commands, rig_command
+from addon import commands, detect_command, rig_command
 from addon.console import UsageError, say
 from addon.terminal import Stopped, mute, prepare_streams, stoppable
 
@@ -134,7 +134,7 @@ COMMANDS: dict[
     ],
 ] = {
     "fit": ("make a 3D face of a sketch", commands.fit_arguments, commands.fit),
-    "detect": ("say which expression sketches show", commands.detect_arguments, commands.detect),
+    "detect": ("say which expression sketches show", detect_command.arguments, detect_command.run),
     "generate": (
         "draw a training set of random faces",
         commands.generate_arguments,
