@@ -8,7 +8,7 @@ PIP     := $(BIN)/python -m pip --disable-pip-version-check install -qq -c const
 SKETCH  ?= addon/sketches/smiling_woman.png
 DEMO    := build/demo
 # Whole files to each process, for what a file's tests share is made once; in the order of collection.
-JOBS    ?= $(shell nproc 2>/dev/null || echo 2)
+JOBS    ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 PYTEST  := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \

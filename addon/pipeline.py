@@ -22,6 +22,7 @@ from addon.drawing import Drawing, SketchError, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import Comparison, contours
 from addon.placement import camera_for, check_pins, head_in, pins_in, within_room
+from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES, CLOSE
 from facs_rig import (
@@ -161,6 +162,7 @@ class FaceFit:
         return {**stages, "total": sum(stages.values())}
 
 
+@on_one_thread
 def fit(
     sketch: str | Path | Drawing | NDArray,
     options: FitOptions | None = None,
