@@ -31,6 +31,13 @@ def add(**options):
     return bpy.context.active_object
 
 
+def add_here(**options):
+    """The same, and moved from beside the others to the middle, where vertices can be compared."""
+    face = add(**options)
+    (face.parent or face).location = (0.0, 0.0, 0.0)
+    return face
+
+
 def error_of(operator, *args, **options) -> str:
     """The one sentence that an operator reports."""
     with pytest.raises(RuntimeError) as caught:
@@ -215,10 +222,10 @@ def test_copied_expression_is_pasted_on_another_face(face, clipboard, evaluated)
     set_pose(face, POSE)
     assert bpy.ops.sketch_to_face.copy_expression() == {"FINISHED"}
     assert json.loads(clipboard.text)["aus"] == dict(POSE.aus)
-    other = add(identity_keys=False)
+    other = add_here(identity_keys=False)
     bpy.ops.sketch_to_face.paste_expression()
     assert np.abs(evaluated(other) - evaluated(face)).max() < 1e-7
-    third = add(identity_keys=False)
+    third = add_here(identity_keys=False)
     bpy.ops.sketch_to_face.paste_expression(head=False)
     assert pose_of(third).head == (0, 0, 0) and dict(pose_of(third).aus) == dict(POSE.aus)
 
@@ -265,7 +272,7 @@ def test_person_is_saved_and_loaded_on_request(shell, rig, tmp_path, evaluated):
     someone = dict(pose_of(bpy.context.active_object).identity)
     assert dict(expressions.read(file).identity) == pytest.approx(someone, abs=1e-6)
     assert not expressions.read(plain).identity
-    other = add()
+    other = add_here()
     bpy.ops.sketch_to_face.load_expression(filepath=file)
     assert not pose_of(other).identity
     bpy.ops.sketch_to_face.load_expression(filepath=file, person=True)
