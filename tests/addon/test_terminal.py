@@ -152,15 +152,22 @@ sys.exit(cli.main(sys.argv[1:]))
 """
 
 
+def heard() -> None:
+    """Hear signals as on a terminal, even where these tests run under nohup or in a background."""
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def while_it_writes(folder: Path, before: str = "") -> subprocess.Popen[str]:
     """The command with its outputs half-written."""
-    line = f"{before} exec {sys.executable} -c '{SLOW.replace(chr(39), chr(34))}'"
+    line = f"{before} exec '{sys.executable}' -c '{SLOW.replace(chr(39), chr(34))}'"
     process = subprocess.Popen(
-        ["bash", "-c", f"{line} rig -o {folder}/face.ply"],
+        ["bash", "-c", f"{line} rig -o '{folder}/face.ply'"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heard,
     )
     assert process.stdout.readline() == "writing\n"
     assert any(path.is_dir() for path in folder.iterdir())
