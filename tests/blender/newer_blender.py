@@ -9,6 +9,8 @@ import os
 import shutil
 import subprocess
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .conftest import ROOT
@@ -42,15 +44,27 @@ def python_3_13() -> Path:
     raise Missing("there is no Python 3.13; say which one: PYTHON313=/path/to/python3.13")
 
 
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Tests run in several processes, and of these one at a time may install."""
+    import fcntl  # Linux and macOS; elsewhere the environment is laid out in another way anyhow
+
+    WHERE.parent.mkdir(exist_ok=True)
+    with open(f"{WHERE}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
 def blender_5_2() -> tuple[Path, Path]:
     """Its Python and its site-packages; installs them first where they are missing."""
     python = WHERE / "bin" / "python"
     site = WHERE / "lib" / "python3.13" / "site-packages"
     done = WHERE / "installed"  # written last, so that a broken installation is made anew
-    if not done.is_file() or done.read_text() != " ".join(WHAT):
-        subprocess.run([python_3_13(), "-m", "venv", "--clear", WHERE], check=True)
-        _install(python, *WHAT)
-        done.write_text(" ".join(WHAT))
+    with _alone():
+        if not done.is_file() or done.read_text() != " ".join(WHAT):
+            subprocess.run([python_3_13(), "-m", "venv", "--clear", WHERE], check=True)
+            _install(python, *WHAT)
+            done.write_text(" ".join(WHAT))
     return python, site
 
 
@@ -61,9 +75,10 @@ def blender_5_2_with_the_core() -> Path:
     needs = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
     what = [*WHAT, "pytest", "hypothesis", *needs]  # WHAT once more: numpy has to stay as it is
     done, text = WHERE / "installed-core", " ".join([*what, pins.read_text()])
-    if not done.is_file() or done.read_text() != text:
-        _install(python, "--constraint", str(pins), *what)
-        done.write_text(text)
+    with _alone():
+        if not done.is_file() or done.read_text() != text:
+            _install(python, "--constraint", str(pins), *what)
+            done.write_text(text)
     return python
 
 
