@@ -156,7 +156,7 @@ def _old_wheel(data: bytes, out: Path) -> bytes:
 
 
 def top_level(wheel: str) -> set[str]:
-    """The packages that a wheel brings, its libraries included."""
+    """The packages and modules that a wheel brings, its libraries included."""
     with zipfile.ZipFile(wheel) as archive:
-        tops = {name.split("/")[0] for name in archive.namelist()}
+        tops = {name.split("/")[0].removesuffix(".py") for name in archive.namelist()}
     return {top for top in tops if not top.endswith(".dist-info")}
