@@ -5,6 +5,7 @@ add-on of older versions (the core lies in a folder `core` beside this file) and
 `addon.blender` (the tests). Hence: relative imports inside, absolute ones for the core.
 """
 
+import gc
 import sys
 from importlib import invalidate_caches
 from importlib.util import find_spec
@@ -32,9 +33,12 @@ def _forget() -> None:
     parts = {name.rpartition(".")[2] for name in sys.modules if name.startswith(f"{__name__}.")}
     for part in parts:
         globals().pop(part, None)  # `from . import part` would take it from here
-    for name in list(sys.modules):
-        if name.partition(".")[0] in _CORE or name.startswith(f"{__name__}."):
-            del sys.modules[name]
+    old = [n for n in sys.modules if n.partition(".")[0] in _CORE or n.startswith(f"{__name__}.")]
+    for name in old:
+        del sys.modules[name]
+    if old:
+        # Now, on Blender's own thread: its classes must not be cleared away by a thread of work.
+        gc.collect()
     invalidate_caches()
 
 

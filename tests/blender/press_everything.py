@@ -5,6 +5,7 @@ python press_everything.py extension|legacy ZIP OLDER_ZIP SKETCH FOLDER
 python press_everything.py extension|legacy ZIP only SKETCH FOLDER    installs ZIP, fits, exports
 """
 
+import faulthandler
 import importlib
 import importlib.util
 import json
@@ -18,6 +19,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+faulthandler.enable()  # a crash of Blender tells where
 kind, archive, older, sketch, folder = sys.argv[-5:]
 if kind == "legacy":  # what a distribution has installed beside its Blender is not Blender
     sys.path[:] = [p for p in sys.path if "-packages" not in p]
