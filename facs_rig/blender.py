@@ -120,6 +120,9 @@ def build_when(
 
     known : asked then, once a slice or oftener, until it answers with (parameters, offsets) rather
         than None; what it raises ends the building and leaves nothing.
+
+    The first slice makes the bones, which takes an operator: start no thread before it is over
+    (see `blender_armature`).
     """
     return sliced(_build(name, rig, known, collection, location, False, False))
 
@@ -149,7 +152,6 @@ def _build(
     collection = collection or bpy.context.scene.collection
     made: list[bpy.types.ID] = []
     try:
-        yield
         armature = make_armature(f"{name} Rig", rig, made)
         yield
         mesh = make_mesh(name, points, rig.polygon_vertices.astype(np.int32), starts_of(rig))

@@ -14,6 +14,7 @@ identity. Bones turn about their own head, so three of them get hidden company:
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -150,10 +151,8 @@ def _edit_bones(armature: bpy.types.Object, bones: list[_Bone], joints: Mapping)
     root, before = scene.collection, layer.objects.active
     root.objects.link(armature)
     layer.objects.active = armature
-    there = {"scene": scene, "view_layer": layer, "active_object": armature, "object": armature}
     try:
-        with bpy.context.temp_override(**there):
-            bpy.ops.object.mode_set(mode="EDIT")
+        _set_mode(armature, layer, "EDIT")
         for bone in bones:
             made = armature.data.edit_bones.new(bone.name)
             place = Vector(to_blender(joints[bone.joint]).tolist())
@@ -164,10 +163,22 @@ def _edit_bones(armature: bpy.types.Object, bones: list[_Bone], joints: Mapping)
             if bone.parent is not None:
                 made.parent = armature.data.edit_bones[bone.parent]
     finally:
-        with bpy.context.temp_override(**there):
-            bpy.ops.object.mode_set(mode="OBJECT")
+        _set_mode(armature, layer, "OBJECT")
         layer.objects.active = before
         root.objects.unlink(armature)
+
+
+def _set_mode(armature: bpy.types.Object, layer: bpy.types.ViewLayer, mode: str) -> None:
+    """Change the mode of a view layer's active object.
+
+    Operators let go of Python's lock, and what `temp_override` says is looked up in Python's memory
+    without it where another thread has it, which crashes Blender: so no override without need.
+    """
+    there = {"scene": layer.id_data, "view_layer": layer, "active_object": armature,
+             "object": armature}  # fmt: skip
+    seen = bpy.context.active_object == armature and bpy.context.view_layer == layer
+    with contextlib.nullcontext() if seen else bpy.context.temp_override(**there):
+        bpy.ops.object.mode_set(mode=mode)
 
 
 def _hide(bone: bpy.types.PoseBone, hidden: bool) -> None:

@@ -129,7 +129,6 @@ def new_face(context, holder) -> Steps:
     wanted = sources.place_beside(context, holder)
     place = {"collection": faces.home(context), "location": placing.clear_place(context, wanted)}
     rig = yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
-    errand = Errand(work)
     face, waits = None, False
 
     def known():
@@ -143,6 +142,8 @@ def new_face(context, holder) -> Steps:
         return shape.parameters, shape.offsets
 
     build = build_when(name, rig, known, **place)
+    next(build)  # the bones, while no thread runs
+    errand = Errand(work)
     try:
         while face is None:
             try:
