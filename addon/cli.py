@@ -46,7 +46,7 @@ STOPPED = "stopped; nothing half-done was left behind."
 # Errors whose text is one sentence for whoever called the command.
 MENDABLE = {
     "addon.accepted": "SketchError",
-    "facs_rig.files": "OutputError",
+    "facs_rig.common.files": "OutputError",
     "facs_rig.rig": "AssetError",
 }
 
@@ -116,7 +116,7 @@ def _mendable(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; close other programs, or ask for less."
     if isinstance(error, OSError):
-        from facs_rig.files import REASONS
+        from facs_rig.common.files import REASONS
 
         if error.errno in REASONS:  # of the computer, not of ours
             what = f"'{error.filename}'" if error.filename else "what the command says"

@@ -150,7 +150,7 @@ def _tweakable_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def fit(options: argparse.Namespace) -> int:
-    from facs_rig.files import Outputs, check_output
+    from facs_rig.common.files import Outputs, check_output
     from snakes import Tweakables, describe, parse_box
 
     sketch = Path(options.sketch)
@@ -286,9 +286,9 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def generate(options: argparse.Namespace) -> int:
-    from dataset_gen.engine import jitted
     from dataset_gen.folder import check_preview
     from dataset_gen.generate import generate
+    from dataset_gen.linework.kernels import jitted
 
     if sys.stderr.isatty() and options.engine == "contours" and jitted() is None:
         say("numba would find the lines five times as fast: pip install numba", 0)
@@ -327,7 +327,7 @@ def _preview(folder: Path, count: int) -> Path:
     from addon.sheet import grid
     from dataset_gen.folder import MARK, PREVIEW
     from dataset_gen.generate import read_shards
-    from facs_rig.files import Outputs
+    from facs_rig.common.files import Outputs
 
     pictures = [picture[:, :, None] for picture, _ in islice(read_shards(folder), count)]
     sheet = grid(pictures, columns=math.ceil(math.sqrt(len(pictures))), gap=4)

@@ -27,7 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from facs_rig.files import Outputs, check_output
+    from facs_rig.common.files import Outputs, check_output
 
     if options.explain:
         check_output(options.explain, (".png",))

@@ -22,7 +22,7 @@ from scipy import ndimage
 
 from addon.accepted import FORMATS, SketchError
 from addon.ruled import without_rules
-from facs_rig.files import reason_of
+from facs_rig.common.files import reason_of
 
 Floats = NDArray[np.float32]
 

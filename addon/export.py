@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
-from facs_rig.files import OutputError, Outputs
+from facs_rig.common.files import OutputError, Outputs
 from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
@@ -262,7 +262,7 @@ def _write_fbx(
     """The mesh with materials and plain shape keys: other programs know no drivers."""
     bpy = _blender(".fbx")
     from facs_rig.blender import build_face, to_blender
-    from facs_rig.blender_files import add_moves, write_still_fbx
+    from facs_rig.blender.files import add_moves, write_still_fbx
 
     face = build_face(name, rig, FaceParameters({}, parameters.identity))
     others = [o for o in bpy.data.objects if o != face]

@@ -34,7 +34,7 @@ from facs_rig import (
     FaceRig,
     load_rig,
 )
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 from facs_rig.parameters import nearest
 from snakes import (
     DEEPEST,

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from dataset_gen import Style, draw_strokes, ink
-from dataset_gen.strokes import Stroke
+from dataset_gen import Style, draw_strokes
+from dataset_gen.linework import ink
+from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
 from facs_rig.mesh import vertex_normals
 from facs_rig.paint import MATERIALS, materials_at, srgb

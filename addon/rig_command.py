@@ -191,7 +191,7 @@ def _list(as_json: bool) -> int:
 
 
 def _sheet(options: argparse.Namespace) -> int:
-    from facs_rig.files import Outputs, check_output
+    from facs_rig.common.files import Outputs, check_output
 
     check_output(options.sheet, (".png",))
     identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
@@ -225,7 +225,7 @@ def _sheet(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from facs_rig.files import check_output
+    from facs_rig.common.files import check_output
 
     face = check_output(options.output, FACES)
     if options.keys and face.suffix.lower() != ".obj":

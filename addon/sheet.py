@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from addon.preview import PAPER, paint
-from dataset_gen import Style, draw_strokes, ink
+from dataset_gen import Style, draw_strokes
+from dataset_gen.linework import ink
 from facs_rig import CONTROL_NAMES, CONTROLS, Camera, FaceParameters, FaceRig, landmark_points
 from facs_rig.rotation import rotation
 

@@ -1,8 +1,8 @@
 """Pen strokes that are lines and not yet pixels become a page that the pipeline reads.
 
 They are drawn where the pen went, as wide as it was pressed; whoever takes a picture of them
-instead has ground, tilt and everything else in sight to guess away again. `dataset_gen.ink` draws,
-and says why it needs no library for that.
+instead has ground, tilt and everything else in sight to guess away again.
+`dataset_gen.linework.ink` draws, and says why it needs no library for that.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addon.drawing import SketchError
-from dataset_gen.ink import lay
-from dataset_gen.polylines import Polylines, spread
+from dataset_gen.linework.ink import lay
+from dataset_gen.linework.polylines import Polylines, spread
 
 __all__ = ["PenStroke", "page_of_strokes", "plane_of"]
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 
 from . import metrics, shards
 from .augment import Names, artistic_page

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from facs_rig import CONTROL_NAMES, DETECTED
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 
 from . import shards
 from .augment import NEAR, Names, example

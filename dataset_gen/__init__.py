@@ -1,12 +1,9 @@
-"""Drawings of the face with the parameters that made them: the data set."""
+"""Drawings of the face with the parameters that made them: the data set.
 
-from .ink import ink
-from .lines import DETAILS, Stroke, draw_strokes
-from .marks import loosen, stroke_lists, stroke_of
-from .page import Page, draw_page
-from .style import STYLES, Style, sample_style, style_named
+What it offers stands in `__init__.pyi` and is loaded when it is first used: a fit needs the lines
+of a face (`linework`), and none of the rest.
+"""
 
-__all__ = [
-    "DETAILS", "STYLES", "Page", "Stroke", "Style", "draw_page", "draw_strokes", "ink", "loosen",
-    "sample_style", "stroke_lists", "stroke_of", "style_named",
-]  # fmt: skip
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

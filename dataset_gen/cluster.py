@@ -25,10 +25,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import facs_rig
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 
-from . import arrays
-from .engine import kernels
+from .linework import arrays
+from .linework.kernels import kernels
 from .samples import Recipe
 from .shards import fill, versions
 

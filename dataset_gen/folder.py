@@ -17,7 +17,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from facs_rig.files import clear, is_work, write_text
+from facs_rig.common.files import clear, is_work, write_text
 from facs_rig.shards import ShardError, files_of, record_of, samples_of, size_of
 
 from .samples import SIZE, Recipe

@@ -2,7 +2,7 @@
 
 Freestyle's view map gives the lines in space (see freestyle_view_map). They are projected with our
 own camera, so that both engines agree to the last pixel, and chained into the same strokes.
-Surface strokes (brows, irises, lips, hair) are drawn by dataset_gen.lines for both.
+Surface strokes (brows, irises, lips, hair) are drawn by dataset_gen.linework.lines for both.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from facs_rig.mesh import vertex_normals
 from facs_rig.raster import Buffers
 
 from .freestyle_view_map import FreestyleError, Nature, ViewMap, version, view_map
-from .hidden import BIAS, DIP, LIFT, Scene
-from .lines import LEAST, LEAST_ANGLE, Surface, draw_strokes
-from .strokes import LineSet, Stroke, cut
-from .topology import FaceTopology, face_topology
-from .zero_sets import chains
+from .linework.hidden import BIAS, DIP, LIFT, Scene
+from .linework.lines import LEAST, LEAST_ANGLE, Surface, draw_strokes
+from .linework.strokes import LineSet, Stroke, cut
+from .linework.topology import FaceTopology, face_topology
+from .linework.zero_sets import chains
 
 __all__ = ["KINDS", "FreestyleError", "freestyle_strokes", "version"]
 

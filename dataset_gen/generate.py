@@ -18,7 +18,7 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-from facs_rig.files import OutputError, reason_of
+from facs_rig.common.files import OutputError, reason_of
 
 from . import cluster
 from .folder import MANIFEST, UNFINISHED, digest, kept, opened, same_versions, write_manifest

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceRig
 
-from .ink import ink
-from .marks import loosen
-from .paper import through, tilt_matrix
+from .linework.ink import ink
+from .linework.marks import loosen
+from .linework.paper import through, tilt_matrix
+from .linework.strokes import Stroke
+from .linework.style import Style
 from .shading import construction, hatches
-from .strokes import Stroke
-from .style import Style
 
 
 @dataclass(frozen=True)

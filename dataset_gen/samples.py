@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, load_rig
 
-from .lines import KINDS, draw_strokes
-from .marks import stroke_lists
+from .linework.lines import KINDS, draw_strokes
+from .linework.marks import stroke_lists
+from .linework.paper import through
 from .page import draw_page
-from .paper import through
 from .sampling import SCHEMES, sample_face, sample_rng
 
 SIZE = 256

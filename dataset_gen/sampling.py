@@ -21,8 +21,9 @@ from facs_rig import (
     FaceRig,
 )  # fmt: skip
 
-from .lines import DETAILS, KINDS, WAYS
-from .style import Style, sample_style
+from .linework.lines import DETAILS, KINDS, WAYS
+from .linework.style import Style
+from .styles import sample_style
 
 SCHEMES = ("sparse", "thesis")
 WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS

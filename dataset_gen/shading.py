@@ -17,8 +17,8 @@ from scipy.ndimage import binary_closing, gaussian_filter, map_coordinates
 from facs_rig import LANDMARKS, Camera, FaceRig
 from facs_rig.mesh import vertex_normals
 
-from .strokes import Stroke
-from .style import Style
+from .linework.strokes import Stroke
+from .linework.style import Style
 
 CELLS = 64  # of the depth buffer that hatches are looked up in, along the longer side
 FACING = 0.05  # least n·v of a vertex that is counted into it

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facs_rig import FaceParameters, load_rig
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 from facs_rig.shards import files_of, record_of, samples_of, size_of
 
 from .samples import SIZE, Recipe, make_sample

@@ -8,8 +8,9 @@ from PIL import Image
 from addon import pipeline
 from addon.preview import paint
 from addon.sheet import PAPER, Picture, captioned, close_up, grid, seen_from
-from dataset_gen import Style, draw_strokes, ink
-from dataset_gen.strokes import Stroke
+from dataset_gen import Style, draw_strokes
+from dataset_gen.linework import ink
+from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.anatomy import smooth_curve
 

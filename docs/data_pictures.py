@@ -11,9 +11,10 @@ from PIL import Image, ImageDraw
 from tables import degrees, drawn, identities, strengths
 
 from addon.sheet import INK, LAYERS, PAPER, blank, captioned, close_up, font, grid, seen_from
-from dataset_gen import Style, draw_strokes, ink
+from dataset_gen import Style, draw_strokes
 from dataset_gen.generate import make_sample
-from dataset_gen.lines import DETAILS, WAYS
+from dataset_gen.linework import ink
+from dataset_gen.linework.lines import DETAILS, WAYS
 from dataset_gen.sampling import SCHEMES, Sample
 from facs_rig import FaceParameters, load_rig
 

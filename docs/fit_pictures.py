@@ -14,8 +14,9 @@ from addon.drawing import Drawing
 from addon.measure import face_lines
 from addon.preview import paint
 from addon.sheet import captioned, grid
-from dataset_gen import Style, draw_strokes, ink
+from dataset_gen import Style, draw_strokes
 from dataset_gen.generate import make_sample
+from dataset_gen.linework import ink
 from facs_rig import Camera
 from snakes import fit_offsets, head_box
 

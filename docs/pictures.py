@@ -38,7 +38,8 @@ from addon.sheet import (
     paletted,
     whole_head,
 )
-from dataset_gen import draw_strokes, ink
+from dataset_gen import draw_strokes
+from dataset_gen.linework import ink
 from facs_rig import (
     CONTROL_NAMES,
     CONTROLS,

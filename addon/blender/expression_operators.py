@@ -9,15 +9,15 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from facs_rig import CONTROL_NAMES, FaceParameters, expressions, load_rig
-from facs_rig.blender_keys import FITTED
-from facs_rig.blender_pose import (
+from facs_rig.blender.keys import FITTED
+from facs_rig.blender.pose import (
     check_face,
     key_pose,
     pose_of,
     set_pose,
     straighten_eyes,
 )
-from facs_rig.blender_reshape import reshape
+from facs_rig.blender.reshape import reshape
 
 from . import faces, preferences, translation
 from .reporting import reported, say

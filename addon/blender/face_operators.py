@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
-from facs_rig.blender_pose import mover_of
-from facs_rig.blender_twin import stand_alone
+from facs_rig.blender.pose import mover_of
+from facs_rig.blender.twin import stand_alone
 
 from . import faces, operators, placing, translation
 from .reporting import reported
@@ -153,7 +153,7 @@ class SKETCHTOFACE_OT_stand_alone(bpy.types.Operator):
 
 
 def _become(operator, context, identity: dict[str, float]) -> set[str]:
-    from facs_rig.blender_reshape import reshape
+    from facs_rig.blender.reshape import reshape
     from facs_rig.rig import load_rig
 
     with reported(operator, ValueError) as outcome:

@@ -3,9 +3,9 @@
 import bpy
 
 from facs_rig import CONTROLS, IDENTITY, Control, Feature
-from facs_rig.blender_armature import HEAD, NECK, ORDER
-from facs_rig.blender_keys import GAZE
-from facs_rig.blender_pose import armature_of
+from facs_rig.blender.armature import HEAD, NECK, ORDER
+from facs_rig.blender.keys import GAZE
+from facs_rig.blender.pose import armature_of
 
 from . import expression_operators as expression
 from . import face_operators, faces, translation
@@ -18,7 +18,7 @@ GROUPS = {CHARACTER: "Character", "head": "Head", "forehead": "Forehead", "eyebr
           "eyes": "Eyes", "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks",
           "chin": "Chin and Jaw", "ears": "Ears", "neck": "Neck"}  # fmt: skip
 WRINKLES = "wrinkles"
-# Title and the bone's axis: an upright bone has the core's axes (see facs_rig.blender_armature).
+# Title and the bone's axis: an upright bone has the core's axes (see facs_rig.blender.armature).
 AXES = (("Turn", 1), ("Nod", 0), ("Tilt", 2))
 
 

@@ -2,8 +2,8 @@
 
 import bpy
 
-from facs_rig.blender_armature import layer_of
-from facs_rig.blender_pose import armature_of, check_face, is_face, mover_of
+from facs_rig.blender.armature import layer_of
+from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
 
 from . import sources, translation
 

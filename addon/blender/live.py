@@ -10,7 +10,7 @@ import time
 
 import bpy
 
-from facs_rig.blender_pose import check_face, is_face
+from facs_rig.blender.pose import check_face, is_face
 
 from . import reporting, sketching, sources, translation, work
 

@@ -16,9 +16,9 @@ from bpy.props import (
 from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
-from facs_rig.blender_keys import FITTED
-from facs_rig.blender_pose import identity_of, refresh
-from facs_rig.blender_reshape import reshape
+from facs_rig.blender.keys import FITTED
+from facs_rig.blender.pose import identity_of, refresh
+from facs_rig.blender.reshape import reshape
 
 from . import sources
 

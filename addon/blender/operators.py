@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty
 
 import addon.accepted
 from addon.accepted import SketchError
-from facs_rig.blender_armature import layer_of
+from facs_rig.blender.armature import layer_of
 
 from . import faces, placing, properties, sketching, translation
 from .reporting import say

@@ -2,7 +2,7 @@
 
 import bpy
 
-from facs_rig.blender_armature import metre
+from facs_rig.blender.armature import metre
 
 from . import faces
 from .operators import to_object_mode

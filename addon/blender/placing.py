@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import layer_of, metre
+from facs_rig.blender.armature import layer_of, metre
 
 # Metres from the pivot of a face to its outside, Blender's axes, and what is left free around it.
 LOW, HIGH = np.array([-0.1, -0.14, -0.19]), np.array([0.1, 0.12, 0.17])

@@ -9,8 +9,8 @@ from bpy.props import BoolProperty, EnumProperty
 from addon.accepted import SketchError
 from addon.storyboard import sketches_in
 from facs_rig import FaceParameters
-from facs_rig.blender_pose import is_face, pose_of
-from facs_rig.blender_retarget import Worn, check_wearer, wear
+from facs_rig.blender.pose import is_face, pose_of
+from facs_rig.blender.retarget import Worn, check_wearer, wear
 
 from . import faces, preferences, sketching, translation
 from .reporting import say

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
-from facs_rig.blender_keys import GAZE
-from facs_rig.blender_pose import pose_of, refresh, set_pose
+from facs_rig.blender.keys import GAZE
+from facs_rig.blender.pose import pose_of, refresh, set_pose
 
 from . import faces, memory, placing, preferences, properties, sources, translation
 from .work import Errand, Progress, Steps, Tick, away, within
@@ -190,7 +190,7 @@ def again(context, face) -> Steps:
 def put_on(face, found: Found) -> Steps:
     """Steps that give an existing face the shape and the expression that were found."""
     from facs_rig import load_rig
-    from facs_rig.blender_reshape import reshape_steps
+    from facs_rig.blender.reshape import reshape_steps
 
     fit, before = found.fit, pose_of(face)
     kept = {name: before.identity[name] for name in UNREAD if name in before.identity}

@@ -16,7 +16,7 @@ from bpy.props import EnumProperty, PointerProperty, StringProperty
 from numpy.typing import NDArray
 
 from addon.accepted import SketchError
-from facs_rig.blender_armature import metre
+from facs_rig.blender.armature import metre
 
 from . import translation
 from .preferences import RELATIVE

@@ -6,7 +6,7 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from facs_rig.files import Outputs
+from facs_rig.common.files import Outputs
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip can hold
 _STORED = (".whl", ".npz", ".png", ".jpg", "/")  # compressed already, or nothing at all

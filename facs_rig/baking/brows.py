@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..anatomy import BROW_LOWER, BROW_UPPER, PART_NAMES, bind_from_front, smooth_curve
+from ..common.ties import first_least, nearest
 from ..mesh import vertex_normals
-from ..ties import first_least, nearest
 from .strands import MM, Hairs, both_sides, head_axes, mirror_cage, rows_at
 
 SEED = 21

@@ -17,8 +17,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from ..anatomy import PART_NAMES, bind_from_front, smooth_curve
+from ..common.ties import nearest
 from ..controls import Control
-from ..ties import nearest
 
 Points = tuple[tuple[float, float], ...]
 

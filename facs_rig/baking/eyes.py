@@ -11,10 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..anatomy import PART_NAMES
+from ..common.ties import first_most
 from ..controls import ARKIT_NAMES, CONTROLS
 from ..identity import target_weights
 from ..rotation import rotation
-from ..ties import first_most
 from .lids import (
     BLINK_LOWER,
     BLINK_UPPER,

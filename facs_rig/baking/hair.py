@@ -16,8 +16,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from ..anatomy import smooth_curve
+from ..common.ties import nearest
 from ..curves import Curves, as_arrays
-from ..ties import nearest
 from .strands import closest_on_skin
 
 CM = 0.01

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_curves
+from ..common.ties import first_least
 from ..controls import CONTROLS, WHOLE
 from ..curves import curve_arrays
 from ..keys import Key
 from ..mesh import vertex_normals
 from ..rotation import rotation
 from ..subdivide import refine, triangulate
-from ..ties import first_least
 from .brows import brows
 from .creases import crease_displacements, refinement_levels
 from .eyes import (

@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..anatomy import PART_NAMES
+from ..common.ties import ascending
 from ..mesh import vertex_normals
-from ..ties import ascending
 from .strands import (
     MM,
     Hairs,

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ..anatomy import LIP_LOWER, LIP_UPPER, PART_NAMES
 from ..camera import Camera
+from ..common.ties import first_least
 from ..curves import Curves, head_frame, make_curves
 from ..raster import barycentric, rasterise
-from ..ties import first_least
 from .brows import brow_lines
 from .hair import CM, STYLES, Head, hair_curves, hairline
 from .lashes import lash_lines

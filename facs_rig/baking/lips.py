@@ -13,10 +13,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from ..common.ties import first_least, first_most
 from ..controls import CONTROLS, WHOLE
 from ..keys import Key
 from ..mesh import vertex_normals
-from ..ties import first_least, first_most
 from .makehuman import JOINTS, Source
 from .people import WHOLE_FACES, People
 

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..ties import ascending, first_least
+from ..common.ties import ascending, first_least
 
 MM = 1e-3
 

@@ -16,7 +16,7 @@ import pytest
 from addon.commands import generate_arguments
 from dataset_gen.freestyle import DRAWN
 from dataset_gen.generate import generate, make_sample
-from dataset_gen.lines import WAYS
+from dataset_gen.linework.lines import WAYS
 from dataset_gen.sampling import WAY_ODDS
 from facs_rig import LANDMARKS
 

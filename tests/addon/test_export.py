@@ -15,7 +15,7 @@ import trimesh
 from addon.export import file_to_core, key_folder, morph_targets, write_mesh
 from addon.gltf import STILL, UNTURNED
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters, load_rig
-from facs_rig.files import OutputError
+from facs_rig.common.files import OutputError
 from facs_rig.mesh import vertex_normals
 
 NAMES = {"ours": (*CONTROL_NAMES, "neutral"), "arkit": (*ARKIT_NAMES, "neutral")}

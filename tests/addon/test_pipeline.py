@@ -11,8 +11,9 @@ import addon
 from addon import pipeline
 from addon.drawing import SketchError
 from addon.pipeline import FitOptions, fit, preview, report, write_face
-from dataset_gen import Style, draw_strokes, ink
-from dataset_gen.strokes import Stroke
+from dataset_gen import Style, draw_strokes
+from dataset_gen.linework import ink
+from dataset_gen.linework.strokes import Stroke
 from facs_rig import CONTROL_NAMES, IDENTITY, Camera, FaceParameters, load_rig
 from snakes import Tweakables
 

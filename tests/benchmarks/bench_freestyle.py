@@ -21,7 +21,7 @@ from pathlib import Path  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from dataset_gen import freestyle  # noqa: E402
-from dataset_gen.lines import DETAILS, draw_strokes  # noqa: E402
+from dataset_gen.linework.lines import DETAILS, draw_strokes  # noqa: E402
 from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
 
 ROUNDS = 3

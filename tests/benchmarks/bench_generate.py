@@ -3,9 +3,9 @@
     python tests/benchmarks/bench_generate.py [--jobs 2] [--shards 3] [--freestyle]
 
 Prints the rate of `jobs` processes writing `shards` shards of 100 each, on every level of detail
-with the kinds of lines of that level (dataset_gen.lines.WAYS["levels"]), and as the data set has
-them, all by lot; the time to start the processes is not counted. Budget: 50 a second on two
-cores at the middle level. With --freestyle also the rate of Blender's Freestyle (needs bpy).
+with the kinds of lines of that level (WAYS["levels"] of dataset_gen.linework.lines), and as the
+data set has them, all by lot; the time to start the processes is not counted. Budget: 50 a second
+on two cores at the middle level. With --freestyle also the rate of Blender's Freestyle (needs bpy).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pathlib import Path  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from dataset_gen import samples  # noqa: E402
-from dataset_gen.lines import DETAILS, WAYS  # noqa: E402
+from dataset_gen.linework.lines import DETAILS, WAYS  # noqa: E402
 from dataset_gen.samples import Recipe  # noqa: E402
 from dataset_gen.sampling import sample_face  # noqa: E402
 from dataset_gen.shards import write_shard  # noqa: E402

@@ -19,7 +19,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from dataset_gen import STYLES, draw_strokes, ink, loosen, sample_style  # noqa: E402
+from dataset_gen import STYLES, draw_strokes, loosen, sample_style
+from dataset_gen.linework import ink
 from dataset_gen.page import draw_page  # noqa: E402
 from dataset_gen.sampling import sample_face, sample_rng  # noqa: E402
 from dataset_gen.shading import construction, hatches  # noqa: E402

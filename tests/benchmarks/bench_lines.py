@@ -22,8 +22,9 @@ import numpy as np  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from dataset_gen import draw_strokes, engine  # noqa: E402
-from dataset_gen.lines import DETAILS, KINDS  # noqa: E402
+from dataset_gen import draw_strokes
+from dataset_gen.linework import kernels as engine
+from dataset_gen.linework.lines import DETAILS, KINDS  # noqa: E402
 from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
 
 ROUNDS = 15

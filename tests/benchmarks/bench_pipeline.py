@@ -19,8 +19,9 @@ from pathlib import Path  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from addon import pipeline  # noqa: E402
-from dataset_gen import draw_strokes, ink  # noqa: E402
+from dataset_gen import draw_strokes
 from dataset_gen.generate import make_sample  # noqa: E402
+from dataset_gen.linework import ink
 from facs_rig import Camera, FaceParameters, load_rig, rasterise  # noqa: E402
 
 ROUNDS = 5

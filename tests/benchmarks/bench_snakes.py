@@ -24,7 +24,8 @@ from skimage.segmentation import active_contour  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from addon.measure import face_lines  # noqa: E402
-from dataset_gen import draw_strokes, ink  # noqa: E402
+from dataset_gen import draw_strokes
+from dataset_gen.linework import ink
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig  # noqa: E402
 from snakes import (  # noqa: E402
     HEAD,

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from addon.measure import face_lines
 from dataset_gen.generate import make_sample
-from dataset_gen.paper import through
+from dataset_gen.linework.paper import through
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, load_rig, rasterise
 
 SIZE = 400  # pixels of a drawing

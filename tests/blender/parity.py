@@ -12,8 +12,8 @@ import numpy as np
 
 from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
 from facs_rig.blender import build_face, set_identity
-from facs_rig.blender_pose import set_pose
-from facs_rig.blender_reshape import fitted_offsets, reshape
+from facs_rig.blender.pose import set_pose
+from facs_rig.blender.reshape import fitted_offsets, reshape
 
 result = Path(sys.argv[-1])
 rig = load_rig()

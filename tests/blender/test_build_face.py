@@ -17,10 +17,10 @@ from facs_rig.blender import (  # noqa: E402
     set_identity,
     to_blender,
 )
-from facs_rig.blender_keys import in_parts  # noqa: E402
-from facs_rig.blender_materials import paint_of  # noqa: E402
-from facs_rig.blender_pose import identity_of, pose_of, refresh, set_pose  # noqa: E402
-from facs_rig.blender_steps import finish, sliced  # noqa: E402
+from facs_rig.blender.keys import in_parts  # noqa: E402
+from facs_rig.blender.materials import paint_of  # noqa: E402
+from facs_rig.blender.pose import identity_of, pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender.steps import finish, sliced  # noqa: E402
 from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated  # noqa: E402
 from facs_rig.paint import MATERIAL_NAMES  # noqa: E402
@@ -313,7 +313,7 @@ def test_what_cannot_be_built_leaves_nothing(rig, parameters, offsets, says):
 
 
 def test_face_that_breaks_off_half_way_leaves_nothing(rig, monkeypatch):
-    from facs_rig import blender
+    from facs_rig.blender import build as blender
 
     def broken(*_args):
         raise MemoryError("at the last step")
@@ -342,7 +342,7 @@ def test_slices_make_the_face_and_show_it_with_the_last(rig, evaluated):
 
 @pytest.mark.parametrize("identity_keys", [False, True])
 def test_build_that_is_closed_early_leaves_nothing(rig, monkeypatch, identity_keys):
-    from facs_rig import blender
+    from facs_rig.blender import build as blender
 
     monkeypatch.setattr(blender, "sliced", lambda units: units)  # pause after every unit
     keep = bpy.data.materials.new("Face Skin")
@@ -366,7 +366,7 @@ def test_build_that_is_closed_early_leaves_nothing(rig, monkeypatch, identity_ke
 
 
 def test_build_whose_file_was_exchanged_says_so_and_leaves_nothing(rig, monkeypatch):
-    from facs_rig import blender
+    from facs_rig.blender import build as blender
 
     monkeypatch.setattr(blender, "sliced", lambda units: units)
     for pause in (2, 20, 100):
@@ -402,7 +402,7 @@ def test_slices_end_when_their_time_is_over_and_close_what_they_go_through():
 
 
 def test_what_faces_share_is_computed_once_in_any_thread(rig, monkeypatch):
-    from facs_rig import blender_materials
+    from facs_rig.blender import materials as blender_materials
 
     with ThreadPoolExecutor(1) as pool:
         pool.submit(prepare, rig, identity_keys=True, arkit=True).result()

@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, IDENTITY, FaceParameters, expressions  # noqa: E402
-from facs_rig.blender_pose import MARK, VERSION, pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender.pose import MARK, VERSION, pose_of, refresh, set_pose  # noqa: E402
 
 KINDS = ("objects", "meshes", "materials", "armatures", "shape_keys", "actions")
 POSE = FaceParameters(
@@ -76,7 +76,7 @@ def test_added_face_stands_at_the_cursor_selected_and_active(shell, rig, evaluat
 
 
 def test_options_of_the_added_face(shell):
-    from facs_rig.blender_pose import has_identity_keys, identity_of
+    from facs_rig.blender.pose import has_identity_keys, identity_of
 
     assert not has_identity_keys(add(identity_keys=False))
     everybody = add(arkit=True)

@@ -13,7 +13,7 @@ bpy = pytest.importorskip("bpy")
 
 from mathutils import Vector  # noqa: E402
 
-from facs_rig.blender_pose import is_face  # noqa: E402
+from facs_rig.blender.pose import is_face  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402
 from .test_shell import error_of  # noqa: E402

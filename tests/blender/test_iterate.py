@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import LANDMARKS, FaceParameters  # noqa: E402
-from facs_rig.blender_pose import pose_of, set_pose  # noqa: E402
+from facs_rig.blender.pose import pose_of, set_pose  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402
 from .sheets import draw_on, image_of, lines_of, pencil_of  # noqa: E402

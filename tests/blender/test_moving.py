@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree  # noqa: E402
 
 from facs_rig import FaceParameters  # noqa: E402
 from facs_rig.blender import build_face  # noqa: E402
-from facs_rig.blender_pose import refresh  # noqa: E402
+from facs_rig.blender.pose import refresh  # noqa: E402
 
 from .conftest import SKETCH  # noqa: E402
 from .rigs import error_of, select  # noqa: E402
@@ -221,7 +221,7 @@ sys.path.insert(0, {root!r})
 import bpy
 from facs_rig import FaceParameters, load_rig
 from facs_rig.blender import build_face
-from facs_rig.blender_pose import key_pose, set_pose
+from facs_rig.blender.pose import key_pose, set_pose
 bpy.ops.wm.read_factory_settings(use_empty=True)
 face = build_face("Ann", load_rig(), FaceParameters())
 for frame, smile, turn in ((1, 0.0, 0.0), (4, 5.0, 0.4)):

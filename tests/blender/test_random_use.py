@@ -19,7 +19,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, IDENTITY, LANDMARKS, FaceParameters  # noqa: E402
-from facs_rig.blender_pose import armature_of, check_face, is_face  # noqa: E402
+from facs_rig.blender.pose import armature_of, check_face, is_face  # noqa: E402
 from facs_rig.expressions import dumps  # noqa: E402
 
 from .conftest import ROOT, SKETCH  # noqa: E402

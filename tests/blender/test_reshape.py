@@ -10,9 +10,9 @@ bpy = pytest.importorskip("bpy")
 
 from facs_rig import ARKIT_NAMES, FaceParameters  # noqa: E402
 from facs_rig.blender import build_face, to_blender  # noqa: E402
-from facs_rig.blender_arrays import read_key, write_key  # noqa: E402
-from facs_rig.blender_pose import MARK, VERSION, identity_of, pose_of, set_pose  # noqa: E402
-from facs_rig.blender_reshape import fitted_offsets, reshape, reshape_steps  # noqa: E402
+from facs_rig.blender.arrays import read_key, write_key  # noqa: E402
+from facs_rig.blender.pose import MARK, VERSION, identity_of, pose_of, set_pose  # noqa: E402
+from facs_rig.blender.reshape import fitted_offsets, reshape, reshape_steps  # noqa: E402
 from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
 
 from .test_build_face import TOLERANCE, a_pose, names_of  # noqa: E402
@@ -372,7 +372,7 @@ def test_newer_blenders_write_in_one_slice(rig):
 @BOTH
 @pytest.mark.parametrize("pauses", [0, 1, 2, 3, 40])
 def test_closing_early_leaves_no_half(rig, monkeypatch, evaluated, identity_keys, pauses):
-    from facs_rig import blender_reshape
+    from facs_rig.blender import reshape as blender_reshape
 
     # as Blenders before 4.1 do it: a pause after each key
     monkeypatch.setattr(blender_reshape, "WHOLE", False)

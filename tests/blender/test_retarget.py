@@ -9,7 +9,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters  # noqa: E402
-from facs_rig.blender_pose import pose_of, set_pose  # noqa: E402
+from facs_rig.blender.pose import pose_of, set_pose  # noqa: E402
 from facs_rig.conventions import CONVENTIONS  # noqa: E402
 from facs_rig.retarget import retarget  # noqa: E402
 

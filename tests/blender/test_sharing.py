@@ -9,7 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, FaceParameters  # noqa: E402
 from facs_rig.blender import build_face  # noqa: E402
-from facs_rig.blender_pose import identity_of, is_face, mover_of, pose_of, refresh  # noqa: E402
+from facs_rig.blender.pose import identity_of, is_face, mover_of, pose_of, refresh  # noqa: E402
 
 from .rigs import error_of  # noqa: E402
 

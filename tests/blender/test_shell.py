@@ -12,7 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, DETECTED, FaceParameters  # noqa: E402
-from facs_rig.blender_pose import is_face, refresh, set_pose  # noqa: E402
+from facs_rig.blender.pose import is_face, refresh, set_pose  # noqa: E402
 from snakes import Tweakables  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402

@@ -11,7 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, FaceParameters  # noqa: E402
 from facs_rig.blender import build_face  # noqa: E402
-from facs_rig.blender_pose import refresh  # noqa: E402
+from facs_rig.blender.pose import refresh  # noqa: E402
 
 ops = bpy.ops.sketch_to_face
 CLOSE = 5e-5  # metres
@@ -205,8 +205,8 @@ def test_every_format_holds_what_is_shown(face, ending, evaluated, tmp_path):
 
 def test_morph_targets_are_what_the_sliders_do(face, evaluated, tmp_path, rig):
     """Alone, from the face at rest, with the artist's keys and modifiers; `neutral` takes away."""
-    from facs_rig.blender_shape import moves, shown
-    from facs_rig.blender_steps import finish
+    from facs_rig.blender.shape import moves, shown
+    from facs_rig.blender.steps import finish
 
     for cause in (own_key, stretched, placed, bone_scaled):
         cause(face)
@@ -230,8 +230,8 @@ def test_morph_targets_are_what_the_sliders_do(face, evaluated, tmp_path, rig):
 
 
 def test_a_finer_surface_keeps_its_morph_targets_or_goes_without(face, evaluated, tmp_path, rig):
-    from facs_rig import blender_shape
-    from facs_rig.blender_steps import finish
+    from facs_rig.blender import shape as blender_shape
+    from facs_rig.blender.steps import finish
 
     face.modifiers.new("Smooth", "SUBSURF").levels = 1
     path = tmp_path / "face.glb"
@@ -246,7 +246,7 @@ def test_a_finer_surface_keeps_its_morph_targets_or_goes_without(face, evaluated
 
 
 def test_colours_are_those_of_the_materials(face, rig):
-    from facs_rig.blender_shape import shown
+    from facs_rig.blender.shape import shown
     from facs_rig.shape import rig_shape
 
     plain = rig_shape(rig, FaceParameters(identity={"age": 0.7})).colours

@@ -17,7 +17,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import FaceParameters  # noqa: E402
-from facs_rig.blender_pose import is_face  # noqa: E402
+from facs_rig.blender.pose import is_face  # noqa: E402
 from facs_rig.expressions import dumps, write  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402

@@ -118,7 +118,7 @@ def of_property(item, where: str) -> dict[String, str]:
 def of_tables() -> dict[String, str]:
     """What stands in tables and is shown by a layout call with a variable."""
     from addon.blender import detect_operators, face_operators, face_panel
-    from facs_rig import blender_keys
+    from facs_rig.blender import keys as blender_keys
 
     found: dict[String, str] = {}
     for control in CONTROLS:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from PIL import Image, ImageDraw, ImageFont
 
-from dataset_gen.lines import draw_strokes
+from dataset_gen.linework.lines import draw_strokes
 from dataset_gen.page import draw_page
 from dataset_gen.sampling import sample_face
 from facs_rig import Camera, FaceParameters, load_rig

@@ -17,9 +17,10 @@ distributed = pytest.importorskip(
     "distributed", reason="Dask is missing: pip install 'sketch-to-face[cluster]'"
 )
 
-from dataset_gen import arrays, cluster  # noqa: E402
+from dataset_gen import cluster  # noqa: E402
 from dataset_gen import generate as module  # noqa: E402
 from dataset_gen.generate import generate  # noqa: E402
+from dataset_gen.linework import arrays  # noqa: E402
 
 COUNT, SEED = 24, 9
 

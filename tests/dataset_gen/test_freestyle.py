@@ -24,7 +24,7 @@ from dataset_gen import generate as generate_module  # noqa: E402
 from dataset_gen.freestyle import DRAWN, KINDS, FreestyleError, freestyle_strokes  # noqa: E402
 from dataset_gen.freestyle_view_map import Nature, blender, view_map  # noqa: E402
 from dataset_gen.generate import generate, make_sample, read_shards  # noqa: E402
-from dataset_gen.lines import draw_strokes  # noqa: E402
+from dataset_gen.linework.lines import draw_strokes  # noqa: E402
 from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
 
 BATCH = Path(generate_module.__file__).with_name("blender_batch.py")

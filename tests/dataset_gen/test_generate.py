@@ -19,7 +19,7 @@ from scipy.ndimage import minimum_filter
 from dataset_gen import generate as module
 from dataset_gen import stroke_of
 from dataset_gen.generate import generate, make_sample, read_meshes, read_shards
-from dataset_gen.paper import through
+from dataset_gen.linework.paper import through
 from dataset_gen.sampling import sample_face, sample_rng
 from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, load_rig
 

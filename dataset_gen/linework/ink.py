@@ -22,13 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from .marks import loosen
 from .paper import grained, on_paper
 from .polylines import Polylines, spread
 from .strokes import Stroke
-from .style import Style, sample_style
+from .style import Style
 
-__all__ = ["Style", "coverage", "ink", "lay", "loosen", "sample_style"]
+__all__ = ["coverage", "ink", "lay"]
 
 Floats = NDArray[np.float32]
 SHEETS = 4  # translucent strokes are laid on so many sheets, which darken each other

@@ -31,8 +31,8 @@ from .curvature import (
     ready,
     rise,
 )
-from .engine import kernels
 from .hidden import Scene, visible_strokes
+from .kernels import kernels
 from .layers import curve_lines, painted_lines
 from .strokes import LineSet, Stroke
 from .topology import Topology, face_topology

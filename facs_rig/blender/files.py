@@ -11,12 +11,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import to_blender
-from facs_rig.blender_arrays import write_key, write_places
-from facs_rig.blender_keys import BASIS
-from facs_rig.blender_pose import animated_range, armature_of, mover_of
-from facs_rig.blender_shape import staged
-from facs_rig.blender_twin import discard
+from facs_rig.blender.armature import to_blender
+from facs_rig.blender.arrays import write_key, write_places
+from facs_rig.blender.keys import BASIS
+from facs_rig.blender.pose import animated_range, armature_of, mover_of
+from facs_rig.blender.shape import staged
+from facs_rig.blender.twin import discard
 from facs_rig.shape import Shape
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from facs_rig import files
-from facs_rig.files import OutputError, Outputs, check_output, is_work, write_text
+from facs_rig.common import files
+from facs_rig.common.files import OutputError, Outputs, check_output, is_work, write_text
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -28,7 +28,8 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 def python(code: str, *arguments: object) -> list[str]:
-    return [sys.executable, "-c", "from facs_rig.files import *\n" + code, *map(str, arguments)]
+    code = "from facs_rig.common.files import *\n" + code
+    return [sys.executable, "-c", code, *map(str, arguments)]
 
 
 def test_outputs_appear_together(tmp_path):

@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_arrays import write_map, write_materials
-from facs_rig.blender_steps import Steps
+from facs_rig.blender.arrays import write_map, write_materials
+from facs_rig.blender.steps import Steps
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import FaceRig, landmark_points
 

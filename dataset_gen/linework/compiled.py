@@ -1,6 +1,6 @@
-"""The loops over a mesh, written for numba; dataset_gen.arrays has the same functions in numpy.
+"""The loops over a mesh, written for numba; `linework.arrays` has the same functions in numpy.
 
-Nothing here imports numba, and no function calls another: dataset_gen.engine compiles each by
+Nothing here imports numba, and no function calls another: `linework.kernels` compiles each by
 itself. Arrays are C-contiguous: float64, int32 where they index, bool where they choose.
 """
 
@@ -36,7 +36,7 @@ def vertex_normals(vertices, triangles):
 
 
 def radial_curvature(vertices, triangles, chosen, normals, view):
-    """See dataset_gen.curvature.radial_curvature; of the `chosen` (t,) triangles alone."""
+    """See dataset_gen.linework.curvature.radial_curvature; of the `chosen` (t,) triangles alone."""
     n = len(vertices)
     weight = np.zeros(n)
     curvature = np.zeros(n)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 import bpy
 import numpy as np
 
-from facs_rig.blender_armature import (
+from facs_rig.blender.armature import (
     EYES,
     HEAD,
     NECK,
@@ -22,7 +22,7 @@ from facs_rig.blender_armature import (
     turn_bone,
     turn_of,
 )
-from facs_rig.blender_keys import GAZE
+from facs_rig.blender.keys import GAZE
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
 from facs_rig.keys import PROPERTIES

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .curvature import ready
-from .engine import kernels
+from .kernels import kernels
 from .topology import Topology
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
-from facs_rig.blender_steps import Steps
+from facs_rig.blender.steps import Steps
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.rig import FaceRig
 from facs_rig.rotation import rotation

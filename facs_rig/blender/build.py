@@ -2,12 +2,12 @@
 
 The object does in Blender what `FaceRig.pose` does in numpy. The basis is the neutral face; each
 of `rig.keys` is a shape key, driven by its own expression from properties of the mesh object (see
-facs_rig.blender_keys); "Fitted" adds the offsets of the strokes; bones turn neck, head and eyes
-like the rig (see facs_rig.blender_armature). So the evaluated mesh equals `rig.pose` (tests hold
-it to 1e-5 m), and every slider and bone stays live. facs_rig.blender_pose reads and sets them,
-facs_rig.blender_reshape makes a face another person's.
+facs_rig.blender.keys); "Fitted" adds the offsets of the strokes; bones turn neck, head and eyes
+like the rig (see facs_rig.blender.armature). So the evaluated mesh equals `rig.pose` (tests hold
+it to 1e-5 m), and every slider and bone stays live. facs_rig.blender.pose reads and sets them,
+facs_rig.blender.reshape makes a face another person's.
 
-Only the modules `facs_rig.blender*` need bpy.
+Only the modules `facs_rig.blender.build*` need bpy.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import (
+from facs_rig.blender.armature import (
     HEAD,
     NECK,
     bind,
@@ -32,11 +32,11 @@ from facs_rig.blender_armature import (
     to_blender,
     turn_bone,
 )
-from facs_rig.blender_arrays import make_mesh, write_places
-from facs_rig.blender_keys import BASIS, FITTED, add_keys, add_properties, driver_texts
-from facs_rig.blender_materials import add_materials, paint_of, starts_of
-from facs_rig.blender_pose import MARK, VERSION, set_identity, settle
-from facs_rig.blender_steps import Steps, finish, sliced
+from facs_rig.blender.arrays import make_mesh, write_places
+from facs_rig.blender.keys import BASIS, FITTED, add_keys, add_properties, driver_texts
+from facs_rig.blender.materials import add_materials, paint_of, starts_of
+from facs_rig.blender.pose import MARK, VERSION, set_identity, settle
+from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 

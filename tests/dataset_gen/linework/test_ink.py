@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from skimage.draw import disk, polygon
 
-from dataset_gen import Stroke, Style, ink
-from dataset_gen.ink import coverage
-from dataset_gen.paper import _tile, light, on_paper, through, tilt_matrix, tooth
+from dataset_gen import Stroke, Style
+from dataset_gen.linework import ink
+from dataset_gen.linework.ink import coverage
+from dataset_gen.linework.paper import _tile, light, on_paper, through, tilt_matrix, tooth
 
 FINER = 16
 

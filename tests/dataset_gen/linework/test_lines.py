@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from dataset_gen import draw_strokes, ink
-from dataset_gen.lines import DETAILS, KINDS, LEAST, WAYS, Stroke
+from dataset_gen import draw_strokes
+from dataset_gen.linework import ink
+from dataset_gen.linework.lines import DETAILS, KINDS, LEAST, WAYS, Stroke
 from facs_rig import Camera, FaceParameters, load_rig
 
 

@@ -13,10 +13,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import from_blender, joints_move, to_blender
-from facs_rig.blender_arrays import WHOLE, corners_of, read_key, write_key, write_places
-from facs_rig.blender_keys import FITTED, add_fitted, moved
-from facs_rig.blender_pose import (
+from facs_rig.blender.armature import from_blender, joints_move, to_blender
+from facs_rig.blender.arrays import WHOLE, corners_of, read_key, write_key, write_places
+from facs_rig.blender.keys import FITTED, add_fitted, moved
+from facs_rig.blender.pose import (
     armature_of,
     check_face,
     has_identity_keys,
@@ -24,7 +24,7 @@ from facs_rig.blender_pose import (
     set_identity,
     settle,
 )
-from facs_rig.blender_steps import Steps, finish, sliced
+from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.identity import IDENTITY_KEYS, check_identity
 from facs_rig.mesh import is_shape

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import bpy
 
-from facs_rig.blender_pose import check_face, is_face, key_pose, pose_of, set_pose
+from facs_rig.blender.pose import check_face, is_face, key_pose, pose_of, set_pose
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.conventions import CONVENTIONS
 from facs_rig.parameters import FaceParameters

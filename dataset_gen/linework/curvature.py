@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .engine import kernels
+from .kernels import kernels
 
 # Surfaces seen at a flatter angle than that (n·v) are as foreshortened as there.
 MOST_FORESHORTENED = 0.1

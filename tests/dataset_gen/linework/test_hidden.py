@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dataset_gen import arrays, draw_strokes, engine
-from dataset_gen.hidden import BIAS, DIP, LIFT, Scene
-from dataset_gen.lines import KINDS, LEAST, Surface, shape_lines
-from dataset_gen.strokes import CLOSED, SHORTEST, LineSet, cut
-from dataset_gen.topology import Topology, face_topology
+from dataset_gen import draw_strokes
+from dataset_gen.linework import arrays
+from dataset_gen.linework import kernels as engine
+from dataset_gen.linework.hidden import BIAS, DIP, LIFT, Scene
+from dataset_gen.linework.lines import KINDS, LEAST, Surface, shape_lines
+from dataset_gen.linework.strokes import CLOSED, SHORTEST, LineSet, cut
+from dataset_gen.linework.topology import Topology, face_topology
 from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.mesh import vertex_normals
 
@@ -213,7 +215,7 @@ def test_numpy_draws_what_numba_draws(rig, posed, distance, monkeypatch):
     results = []
     for loops in (engine.jitted(), arrays):
         for module in ("curvature", "zero_sets", "hidden", "layers", "lines"):
-            monkeypatch.setattr(f"dataset_gen.{module}.kernels", lambda loops=loops: loops)
+            monkeypatch.setattr(f"dataset_gen.linework.{module}.kernels", lambda loops=loops: loops)
         results.append(draw_strokes(rig, posed, camera, 1, layers, KINDS))
     fast, slow = results
     assert len(fast) == len(slow) > 50

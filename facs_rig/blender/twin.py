@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import bpy
 
-from facs_rig.blender_keys import GAZE
-from facs_rig.blender_pose import (
+from facs_rig.blender.keys import GAZE
+from facs_rig.blender.pose import (
     MARK,
     armature_of,
     is_face,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facs_rig import Camera
 
 from .curvature import ready
-from .engine import kernels
+from .kernels import kernels
 from .strokes import LineSet, Stroke, cut
 
 # A line on the face is looked for that far above it, in metres, and may still lie that much

@@ -9,13 +9,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import from_blender, metre
-from facs_rig.blender_arrays import corners_of, read_key, write_places
-from facs_rig.blender_keys import FITTED, add_key, moved
-from facs_rig.blender_materials import SKIN_NODE
-from facs_rig.blender_pose import identity_of, refresh
-from facs_rig.blender_steps import Steps
-from facs_rig.blender_twin import discard, twin_of
+from facs_rig.blender.armature import from_blender, metre
+from facs_rig.blender.arrays import corners_of, read_key, write_places
+from facs_rig.blender.keys import FITTED, add_key, moved
+from facs_rig.blender.materials import SKIN_NODE
+from facs_rig.blender.pose import identity_of, refresh
+from facs_rig.blender.steps import Steps
+from facs_rig.blender.twin import discard, twin_of
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at, srgb

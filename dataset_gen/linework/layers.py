@@ -9,7 +9,7 @@ from facs_rig import Camera, FaceRig
 from facs_rig.curves import Curves
 from facs_rig.mesh import corner_matrix
 
-from .engine import kernels
+from .kernels import kernels
 from .strokes import LineSet
 from .topology import FaceTopology, Topology
 from .zero_sets import chains, zero_set

@@ -14,9 +14,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig.blender_armature import drive, to_blender
-from facs_rig.blender_arrays import WHOLE, write_key, write_places
-from facs_rig.blender_steps import Steps
+from facs_rig.blender.armature import drive, to_blender
+from facs_rig.blender.arrays import WHOLE, write_key, write_places
+from facs_rig.blender.steps import Steps
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated

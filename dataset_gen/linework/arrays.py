@@ -1,4 +1,4 @@
-"""The functions of dataset_gen.compiled in plain numpy, for machines without numba.
+"""The functions of dataset_gen.linework.compiled in plain numpy, for machines without numba.
 
 Same arguments, same results but for rounding; the docstrings are there.
 """
