@@ -21,6 +21,10 @@ FLOOR = {"facs_rig.common"}
 FACE = FLOOR | {"facs_rig"}
 LINES = FACE | {"dataset_gen.linework"}
 CORE = LINES | {"dataset_gen", "snakes", "classifiers"}
+APPLICATION = CORE | {"facs_rig.blender", "addon"}
+# The floors of Blender's shell, bottom up.
+FLOORS = ("messages", "state", "background", "viewport", "operators", "panels")
+ROOMS = [f"addon.blender.{floor}" for floor in FLOORS]
 MAY_IMPORT: dict[str, set[str]] = {
     "facs_rig.common": set(),
     "facs_rig": FLOOR,
@@ -32,6 +36,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "classifiers": FACE,
     "addon": CORE | {"facs_rig.blender"},
     "facs_rig.bake": FACE | {"facs_rig.baking"},
+    **{room: APPLICATION | set(ROOMS[:k]) for k, room in enumerate(ROOMS)},
+    "addon.blender": set(ROOMS),
 }
 
 # The only files that may import Blender's modules, inside functions or not.

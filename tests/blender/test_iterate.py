@@ -232,7 +232,7 @@ def test_a_linked_face_is_refused_with_a_way_out(face, tmp_path):
 
 def look() -> None:
     """One look of the timer, and whatever comes of it."""
-    from addon.blender import live
+    from addon.blender.background import live
 
     live.watch()
     live.wait()
@@ -279,7 +279,7 @@ def test_a_live_face_follows_the_pen_and_keeps_locks(shell, sketch, evaluated):
 
 
 def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path, sketch):
-    from addon.blender import live
+    from addon.blender.background import live
 
     file = tmp_path / "drawing.png"
     file.write_bytes(sketch.read_bytes())
@@ -300,7 +300,7 @@ def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path
 
 
 def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face, tmp_path, sketch):
-    from addon.blender import live
+    from addon.blender.background import live
 
     settings, before = face.sketch_to_face, face.sketch_to_face.sketch
     settings.live = True
@@ -315,7 +315,7 @@ def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face,
 
 def test_a_fault_of_ours_is_logged_once_and_not_tried_again(face, evaluated, monkeypatch, tmp_path):
     from addon import pipeline
-    from addon.blender import live
+    from addon.blender.background import live
 
     asked = []
 
@@ -335,7 +335,7 @@ def test_a_fault_of_ours_is_logged_once_and_not_tried_again(face, evaluated, mon
 
 
 def test_a_live_face_that_is_deleted_meanwhile_is_no_trouble(face):
-    from addon.blender import live
+    from addon.blender.background import live
 
     face.sketch_to_face.live = True
     face.sketch_to_face.mark = ""

@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from addon.blender import work  # noqa: E402
+from addon.blender.background import tasks  # noqa: E402
 
 
 class Window:
@@ -64,17 +64,17 @@ class Window:
 @pytest.fixture
 def window(monkeypatch):
     made = Window()
-    monkeypatch.setattr(work, "bpy", made)
-    monkeypatch.setattr(work, "SHOWN", 0.0)
-    monkeypatch.setattr(work, "SLICE", 0.0)
+    monkeypatch.setattr(tasks, "bpy", made)
+    monkeypatch.setattr(tasks, "SHOWN", 0.0)
+    monkeypatch.setattr(tasks, "SLICE", 0.0)
     yield made
-    work.now = None
+    tasks.now = None
 
 
 def button(steps, window=None):
     """An operator whose work is `steps`."""
 
-    class Operator(work.InSlices):
+    class Operator(tasks.InSlices):
         bl_label = "Count"
 
         def steps(self, _context):
@@ -95,7 +95,7 @@ def counting(done: list):
         try:
             for k in range(4):
                 done.append(k)
-                yield work.Tick(f"at {k}", k / 4)
+                yield tasks.Tick(f"at {k}", k / 4)
             return {"FINISHED"}
         finally:
             done.append("closed")
@@ -106,7 +106,7 @@ def counting(done: list):
 def test_a_script_runs_it_to_its_end(window):
     done: list = []
     assert button(counting(done), window).execute(window) == {"FINISHED"}
-    assert done == [0, 1, 2, 3, "closed"] and work.now is None
+    assert done == [0, 1, 2, 3, "closed"] and tasks.now is None
     assert window.shares == [] and window.events == []
 
 
@@ -116,11 +116,11 @@ def test_a_button_runs_a_slice_a_tick(window):
     assert pressed.invoke(window, None) == {"RUNNING_MODAL"}
     assert done == [] and len(window.events) == 1
     assert pressed.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
-    assert done == [0] and work.now.text == "at 0"
+    assert done == [0] and tasks.now.text == "at 0"
     assert "at 0" in window.texts[-1] and "Esc" in window.texts[-1]
     answers = [pressed.modal(window, event("TIMER")) for _ in range(4)]
     assert answers == [{"RUNNING_MODAL"}] * 3 + [{"FINISHED"}]
-    assert window.events == [] and window.texts[-1] is None and work.now is None
+    assert window.events == [] and window.texts[-1] is None and tasks.now is None
     assert window.shares == ["begin", 0, 25, 50, 75, "end"]
 
 
@@ -156,12 +156,12 @@ def test_another_file_or_the_end_of_blender_closes_the_work(window):
     pressed.invoke(window, None)
     pressed.modal(window, event("TIMER"))
     pressed.cancel(window)
-    assert done[-1] == "closed" and window.events == [] and work.now is None
+    assert done[-1] == "closed" and window.events == [] and tasks.now is None
 
 
 def test_an_error_is_a_sentence_and_ends_the_work(window):
     def steps():
-        yield work.Tick("at it", 0.5)
+        yield tasks.Tick("at it", 0.5)
         raise ValueError("the pencil broke")
 
     pressed = button(steps, window)
@@ -169,14 +169,14 @@ def test_an_error_is_a_sentence_and_ends_the_work(window):
     pressed.modal(window, event("TIMER"))
     assert pressed.modal(window, event("TIMER")) == {"CANCELLED"}
     assert window.reports == [({"ERROR"}, "The pencil broke")]
-    assert window.events == [] and work.now is None
+    assert window.events == [] and tasks.now is None
 
 
 def test_while_a_thread_works_blender_makes_no_events(window):
     gate = threading.Event()
 
     def steps():
-        return (yield from work.away(lambda progress: gate.wait(10) and {"FINISHED"}, "away"))
+        return (yield from tasks.away(lambda progress: gate.wait(10) and {"FINISHED"}, "away"))
 
     pressed = button(steps, window)
     pressed.invoke(window, None)
@@ -197,13 +197,13 @@ def test_what_a_thread_returns_and_raises_arrives(window):
         progress(1, 2)
         return 1 + 1
 
-    assert work.run(work.away(adding, "adding")) == 2
+    assert tasks.run(tasks.away(adding, "adding")) == 2
 
     def failing(_progress):
         raise ValueError("no")
 
     with pytest.raises(ValueError, match="no"):
-        work.run(work.away(failing, "failing"))
+        tasks.run(tasks.away(failing, "failing"))
 
 
 def test_a_thread_nobody_waits_for_ends_at_its_next_sign_of_progress(window):
@@ -217,7 +217,7 @@ def test_a_thread_nobody_waits_for_ends_at_its_next_sign_of_progress(window):
         finally:
             ended.set()
 
-    steps = work.away(endless, "endless", 0.2, 0.4)
+    steps = tasks.away(endless, "endless", 0.2, 0.4)
     tick = next(steps)
     assert 0.2 <= tick.share <= 0.4 and tick.waits_for is not None
     steps.close()
@@ -231,7 +231,7 @@ def test_ticks_of_plain_steps(window):
         yield
         return "done"
 
-    steps = work.within(plain(), "plain", 0.5, 1.0, 2)
+    steps = tasks.within(plain(), "plain", 0.5, 1.0, 2)
     shares = []
     try:
         while True:

@@ -43,9 +43,9 @@ CORNER = "mouth_corner_left"
 
 def idle() -> bool:
     """Whether the add-on's work is over."""
-    import sketch_to_face.work as work
+    from sketch_to_face.background import tasks
 
-    return work.now is None
+    return tasks.now is None
 
 
 def pressed(desk: Desk, command: str, done=idle):
@@ -67,7 +67,7 @@ def show(desk: Desk, name: str):
 
 def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
     """Window pixels of a point of the overlay's plane."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.viewport import overlay
 
     region = desk.region("WINDOW")
     seen = location_3d_to_region_2d(
@@ -78,7 +78,7 @@ def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
 
 def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     """Press Drag Pins, take the corner of the mouth with the mouse, put it lower, Enter."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.viewport import overlay
 
     yield from pressed(desk, PINS, lambda: overlay.show_points)
     yield from until(lambda: len(overlay.look(bpy.context, face).landmarks), "points")
@@ -170,7 +170,7 @@ def session(options, result: dict):
 
 def drawing() -> bool:
     """Whether the overlay still looks for lines."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.viewport import overlay
 
     return any(shown.errand is not None for shown in overlay._shown.values())
 

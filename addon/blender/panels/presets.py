@@ -4,8 +4,8 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from . import properties
-from .panel import Tab
+from ..state import properties
+from .tab import Tab
 
 FOLDER = "sketch_to_face/fit"
 

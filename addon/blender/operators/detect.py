@@ -7,8 +7,11 @@ from bpy.props import EnumProperty, StringProperty
 
 from addon.accepted import SketchError
 
-from . import faces, memory, preferences, properties, sketching, sources, translation
-from .work import InSlices, away
+from ..background import sketching
+from ..background.tasks import InSlices, away
+from ..messages import translation
+from ..messages.reporting import reported
+from ..state import faces, memory, preferences, properties, sources
 
 PICTURE = 384  # px, side of an evidence picture
 DECISIONS = (
@@ -56,8 +59,6 @@ class SKETCHTOFACE_OT_decide(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Write the decision and, where it changes something, the slider."""
-        from .reporting import reported
-
         with reported(self) as outcome:
             item = item_of(faces.active_face(context), self.name)
             if self.decision == "ACCEPT":

@@ -1,10 +1,8 @@
-"""Where a new face stands: clear of what is there, and in sight."""
+"""Where a new face stands: clear of what is there."""
 
 from __future__ import annotations
 
-import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
 from facs_rig.blender.armature import layer_of, metre
@@ -17,8 +15,6 @@ ROOM = 0.06
 SURROUNDING = 2.6
 SOLID = {"MESH", "CURVE", "CURVES", "SURFACE", "META", "FONT", "VOLUME", "POINTCLOUD",
          "GPENCIL", "GREASEPENCIL"}  # fmt: skip
-SEEN = 0.2  # of the view's height: a face that is smaller is not in sight
-FACING = 0.5  # cosine of the angle between the view and the face's own direction
 
 
 def boxes(context) -> list[NDArray[np.float64]]:
@@ -58,16 +54,3 @@ def clear_place(context, wanted) -> tuple[float, float, float]:
             place[2] = above
     x, y, z = place.tolist()
     return (x, y, z)
-
-
-def in_sight(view: bpy.types.RegionView3D, face: bpy.types.Object) -> bool:
-    """Whether a 3D view shows the whole face, large enough and from before."""
-    corners = [face.matrix_world @ Vector(corner) for corner in face.bound_box]
-    seen = [view.perspective_matrix @ corner.to_4d() for corner in corners]
-    if any(point.w <= 0 for point in seen):
-        return False
-    flat = np.array([(point.x / point.w, point.y / point.w) for point in seen])
-    forward = face.matrix_world.to_3x3() @ Vector((0.0, -1.0, 0.0))
-    towards = view.view_rotation @ Vector((0.0, 0.0, 1.0))
-    facing = forward.normalized().dot(towards) > FACING
-    return bool(facing and (np.abs(flat) <= 1).all() and np.ptp(flat[:, 1]) / 2 >= SEEN)

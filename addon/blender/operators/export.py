@@ -15,9 +15,10 @@ from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
 from facs_rig.common.files import Outputs
 
-from . import faces, preferences, translation
-from .reporting import say
-from .work import InSlices, Steps, Tick, away, within
+from ..background.tasks import InSlices, Steps, Tick, away, within
+from ..messages import translation
+from ..messages.reporting import say
+from ..state import faces, preferences
 
 FORMATS = (
     (".glb", "glTF (.glb)", "The posed face with a morph target for every action"),

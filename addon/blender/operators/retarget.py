@@ -12,9 +12,11 @@ from facs_rig import FaceParameters
 from facs_rig.blender.pose import is_face, pose_of
 from facs_rig.blender.retarget import Worn, check_wearer, wear
 
-from . import faces, preferences, sketching, translation
-from .reporting import say
-from .work import InSlices, Steps, away
+from ..background import sketching
+from ..background.tasks import InSlices, Steps, away
+from ..messages import translation
+from ..messages.reporting import say
+from ..state import faces, preferences
 
 MOST_NAMES = 5  # in a sentence; beyond that nobody reads them
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty
 
-from . import reporting
+from ..messages import reporting
 
 PAGES = ("index", "tutorial", "sketch", "detect", "fit", "result", "expression", "any_rig",
          "preferences", "troubleshooting")  # fmt: skip
 # The zip brings the manual as web pages; in a checkout it is what they are made of.
 _PLACES = (
-    (Path(__file__).parent / "manual", ".html"),
-    (Path(__file__).resolve().parents[2] / "docs" / "manual", ".md"),
+    (Path(__file__).parents[1] / "manual", ".html"),
+    (Path(__file__).resolve().parents[3] / "docs" / "manual", ".md"),
 )
 
 

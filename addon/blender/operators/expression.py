@@ -19,8 +19,9 @@ from facs_rig.blender.pose import (
 )
 from facs_rig.blender.reshape import reshape
 
-from . import faces, preferences, translation
-from .reporting import reported, say
+from ..messages import translation
+from ..messages.reporting import reported, say
+from ..state import faces, preferences
 
 _HEAD = {"name": "Head and Neck", "description": "Turn head and neck too", "default": True,
          "options": {"SKIP_SAVE"}}  # fmt: skip

@@ -6,6 +6,8 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
+ADDON = __package__.rpartition(".")[0]
+"""The name under which Blender knows the add-on."""
 # Newer Blenders want to be told that a path may begin with // for the folder of the .blend file.
 _TOLD = "is_path_supports_blend_relative" in bpy.types.Property.bl_rna.properties
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if _TOLD else set()
@@ -23,7 +25,7 @@ class Defaults:
 class SKETCHTOFACE_AP_preferences(bpy.types.AddonPreferences):
     """Edit > Preferences > Add-ons > Sketch to Face."""
 
-    bl_idname = __package__
+    bl_idname = ADDON
     __annotations__ = {
         "quality": EnumProperty(
             name="Quality",
@@ -50,21 +52,19 @@ class SKETCHTOFACE_AP_preferences(bpy.types.AddonPreferences):
 
     def draw(self, context):
         """The settings, then where help is."""
-        from . import help_operators
-
         layout = self.layout
         layout.use_property_split = True
         column = layout.column()
         for name in ("quality", "threads", "folder"):
             column.prop(self, name)
         row = layout.row()
-        row.operator(help_operators.SKETCHTOFACE_OT_help.bl_idname, text="Manual", icon="HELP")
-        row.operator(help_operators.SKETCHTOFACE_OT_log.bl_idname, icon="TEXT")
+        row.operator("sketch_to_face.help", text="Manual", icon="HELP")
+        row.operator("sketch_to_face.log", icon="TEXT")
 
 
 def of(context) -> "SKETCHTOFACE_AP_preferences | Defaults":
     """The artist's preferences."""
-    addon = context.preferences.addons.get(__package__)
+    addon = context.preferences.addons.get(ADDON)
     return addon.preferences if addon is not None and addon.preferences else Defaults()
 
 

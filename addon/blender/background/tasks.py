@@ -16,8 +16,8 @@ from typing import Any
 
 import bpy
 
-from . import translation
-from .reporting import reported, say
+from ..messages import translation
+from ..messages.reporting import reported, say
 
 SLICE = 0.12  # seconds of work between two looks at mouse and keyboard
 SHOWN = 0.5  # seconds between two signs of how far it is: drawing the window takes time, too

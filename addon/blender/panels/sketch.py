@@ -1,13 +1,14 @@
-"""The tab "Sketch to Face" in the sidebar of the 3D view, and its first panel: the sketch."""
+"""The first panel of the tab: the sketch."""
 
 from pathlib import Path
 
 import bpy
 import bpy.utils.previews
 
-from . import help_operators, operators, pencil_operators, sources, work
-
-TAB = "Sketch to Face"
+from ..background import tasks
+from ..operators import pencil, sketch
+from ..state import sources
+from .tab import Tab
 
 _thumbnails = None  # Blender's preview collection, while registered
 
@@ -29,27 +30,9 @@ def thumbnail(holder) -> int:
     return _thumbnails[name].icon_id
 
 
-class Tab:
-    """Where the panels are. `page` is the page of the manual about a panel."""
-
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = TAB
-    page = ""
-
-    def draw_header_preset(self, context):
-        """A question mark that opens the manual."""
-        if self.page:
-            button = self.layout.row()
-            button.emboss = "NONE"
-            button.operator(
-                help_operators.SKETCHTOFACE_OT_help.bl_idname, text="", icon="HELP"
-            ).page = self.page
-
-
 def progress(layout) -> None:
     """How far the work is, and how to stop it."""
-    tick = work.now
+    tick = tasks.now
     text = f"{tick.text[:1].upper()}{tick.text[1:]} …"
     if hasattr(layout, "progress"):  # Blender 4.0 and newer
         layout.progress(factor=tick.share, text=text)
@@ -76,24 +59,22 @@ class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
             column.prop(settings, "sketch", text="")
             if not settings.sketch.strip():
                 column.operator_menu_enum(
-                    operators.SKETCHTOFACE_OT_try_sample.bl_idname, "drawing", icon="IMAGE_DATA"
+                    sketch.SKETCHTOFACE_OT_try_sample.bl_idname, "drawing", icon="IMAGE_DATA"
                 )
         elif settings.sketch_kind == "IMAGE":
             column.template_ID(settings, "sketch_image", open="image.open")
         else:
             column.prop(settings, "sketch_pencil", text="", icon="OUTLINER_OB_GREASEPENCIL")
-            column.operator(
-                pencil_operators.SKETCHTOFACE_OT_new_drawing.bl_idname, icon="GREASEPENCIL"
-            )
+            column.operator(pencil.SKETCHTOFACE_OT_new_drawing.bl_idname, icon="GREASEPENCIL")
         picture = thumbnail(settings)
         if picture:
             column.template_icon(icon_value=picture, scale=7.0)
-        if work.now is not None:
+        if tasks.now is not None:
             progress(column)
             return
         button = column.column()
         button.scale_y = 1.8
-        button.operator(operators.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
+        button.operator(sketch.SKETCHTOFACE_OT_fit.bl_idname, icon="USER")
 
 
 CLASSES = (SKETCHTOFACE_PT_sketch,)

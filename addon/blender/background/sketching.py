@@ -15,8 +15,9 @@ from facs_rig import FaceParameters
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import pose_of, refresh, set_pose
 
-from . import faces, memory, placing, preferences, properties, sources, translation
-from .work import Errand, Progress, Steps, Tick, away, within
+from ..messages import translation
+from ..state import faces, memory, placing, preferences, properties, sources
+from .tasks import Errand, Progress, Steps, Tick, away, within
 
 if TYPE_CHECKING:
     from addon.pipeline import FaceFit

@@ -5,7 +5,8 @@ import bpy
 from facs_rig.blender.armature import layer_of
 from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
 
-from . import sources, translation
+from ..messages import translation
+from . import sources
 
 
 def active_object(context) -> bpy.types.Object | None:

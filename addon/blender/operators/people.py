@@ -9,8 +9,10 @@ from bpy.props import BoolProperty, IntProperty
 from facs_rig.blender.pose import mover_of
 from facs_rig.blender.twin import stand_alone
 
-from . import faces, operators, placing, translation
-from .reporting import reported
+from ..messages import translation
+from ..messages.reporting import reported
+from ..state import faces, placing
+from ..viewport import looking
 
 NAME = "FACS Face"
 
@@ -88,7 +90,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
                 arkit=self.arkit,
             )
             faces.select_alone(context, face)
-            operators.look_at(context, face)
+            looking.look_at(context, face)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 

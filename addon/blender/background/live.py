@@ -12,13 +12,15 @@ import bpy
 
 from facs_rig.blender.pose import check_face, is_face
 
-from . import reporting, sketching, sources, translation, work
+from ..messages import reporting, translation
+from ..state import sources
+from . import sketching, tasks
 
 EVERY = 0.5  # seconds between looks
 AT_MOST = 0.1  # share of the time that looking may take
 BUSY = 0.02  # seconds between looks at a fit that goes on
 
-_at_work: work.Steps | None = None
+_at_work: tasks.Steps | None = None
 _waits_for = None
 _tried: dict[str, tuple[str, str]] = {}  # name of a face -> state of its sketch that failed, why
 troubles: dict[str, str] = {}  # name of a face -> why its sketch cannot be read, for the panel
@@ -35,7 +37,7 @@ def watch() -> float:
     global _at_work
     if _at_work is not None:
         return _go_on()
-    if work.now is not None:  # a button's work comes first
+    if tasks.now is not None:  # a button's work comes first
         return EVERY
     begin, faces = time.perf_counter(), live_faces()
     _forget((_tried.keys() | troubles) - {face.name for face in faces})
@@ -70,15 +72,15 @@ def _forget(names: set[str]) -> None:
         troubles.pop(name, None)
 
 
-def refit(name: str) -> work.Steps:
+def refit(name: str) -> tasks.Steps:
     """Steps that fit a face again; what is wrong with its sketch goes to `troubles`."""
     context, face = bpy.context, bpy.data.objects[name]
     mark = sources.source_of(face.sketch_to_face).mark
     troubles.pop(name, None)
     try:
         reading = sketching.reading(context, face.sketch_to_face, face)
-        yield from work.away(sketching.warm_up, "")
-        found = yield from work.away(reading, "")
+        yield from tasks.away(sketching.warm_up, "")
+        found = yield from tasks.away(reading, "")
         face = bpy.data.objects.get(name)  # deleted, renamed or undone meanwhile
         if face is not None and is_face(face) and face.sketch_to_face.live:
             yield from sketching.put_on(face, found)
@@ -102,7 +104,7 @@ def _go_on() -> float:
         _waits_for = next(_at_work).waits_for
     except StopIteration:
         _at_work = _waits_for = None
-        work.redraw(bpy.context, {"UI", "WINDOW"})
+        tasks.redraw(bpy.context, {"UI", "WINDOW"})
         return EVERY
     return BUSY if _waits_for is not None else 0.0
 

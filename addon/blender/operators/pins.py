@@ -11,9 +11,11 @@ from bpy_extras.view3d_utils import (
 from mathutils import Vector
 from mathutils.geometry import intersect_line_plane
 
-from . import faces, memory, operators, overlay, translation
-from .reporting import reported, say
-from .work import LOOKING, redraw
+from ..background.tasks import LOOKING, redraw
+from ..messages import translation
+from ..messages.reporting import reported, say
+from ..state import faces, memory
+from ..viewport import looking, overlay
 
 NEAR = 14  # px on the screen within which a point is taken
 
@@ -92,7 +94,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         self._before = memory.places(face)
         self._overlay = context.scene.sketch_to_face.overlay
         context.scene.sketch_to_face.overlay = overlay.show_points = True
-        operators.look_at(context, face)
+        looking.look_at(context, face)
         context.window_manager.modal_handler_add(self)
         context.workspace.status_text_set(
             translation.text(

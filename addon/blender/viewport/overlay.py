@@ -17,8 +17,9 @@ from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import faces, memory, work
-from .work import Errand, redraw
+from ..background import tasks
+from ..background.tasks import Errand, redraw
+from ..state import faces, memory
 
 BEFORE = 0.01  # metres between the face and the plane
 SIZE = 640  # px of the picture in which the face's lines are looked for
@@ -89,7 +90,7 @@ def look(context, face: bpy.types.Object) -> Shown:
             shown.lines, shown.landmarks = shown.errand.result()
         finally:
             shown.key, shown.errand = shown.wanted, None
-    if work.now is not None:  # a face that is being shaped is no face yet
+    if tasks.now is not None:  # a face that is being shaped is no face yet
         return shown
     mesh = face.evaluated_get(context.evaluated_depsgraph_get()).data
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)

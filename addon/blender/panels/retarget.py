@@ -2,8 +2,8 @@
 
 import bpy
 
-from .panel import Tab
-from .retarget_operators import SKETCHTOFACE_OT_apply_expression, SKETCHTOFACE_OT_storyboard
+from ..operators.retarget import SKETCHTOFACE_OT_apply_expression, SKETCHTOFACE_OT_storyboard
+from .tab import Tab
 
 
 class SKETCHTOFACE_PT_retarget(Tab, bpy.types.Panel):

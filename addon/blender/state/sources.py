@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from addon.accepted import SketchError
 from facs_rig.blender.armature import metre
 
-from . import translation
+from ..messages import translation
 from .preferences import RELATIVE
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ import bpy
 
 from facs_rig.blender.armature import metre
 
-from . import faces
-from .operators import to_object_mode
-from .reporting import reported
+from ..messages.reporting import reported
+from ..state import faces
+from .sketch import to_object_mode
 
 NAME = "Face Sketch"
 

@@ -7,9 +7,10 @@ from facs_rig.blender.armature import HEAD, NECK, ORDER
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import armature_of
 
-from . import expression_operators as expression
-from . import face_operators, faces, translation
-from .panel import Tab
+from ..messages import translation
+from ..operators import expression, people
+from ..state import faces
+from .tab import Tab
 
 REGIONS = {"upper": "Upper Face", "mid": "Middle Face", "lower": "Lower Face"}
 CHARACTER = "character"
@@ -85,7 +86,7 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
             column.label(text="This face cannot be posed.", icon="ERROR")
             for part in trouble.split("; "):
                 column.label(text=part)
-            operator = face_operators.SKETCHTOFACE_OT_stand_alone
+            operator = people.SKETCHTOFACE_OT_stand_alone
             if operator.poll(context):
                 column.operator(operator.bl_idname, icon="DUPLICATE")
             return
@@ -201,9 +202,9 @@ class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
     def draw(self, context):
         """Somebody else, or everybody's average."""
         row = self.layout.row(align=True)
-        row.operator(face_operators.SKETCHTOFACE_OT_random_person.bl_idname, text="Random",
+        row.operator(people.SKETCHTOFACE_OT_random_person.bl_idname, text="Random",
                      icon="MOD_NOISE")  # fmt: skip
-        row.operator(face_operators.SKETCHTOFACE_OT_plain_person.bl_idname, text="Reset",
+        row.operator(people.SKETCHTOFACE_OT_plain_person.bl_idname, text="Reset",
                      icon="LOOP_BACK")  # fmt: skip
 
 

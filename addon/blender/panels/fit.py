@@ -6,25 +6,16 @@ from facs_rig import CONTROLS
 from facs_rig.blender.keys import FITTED
 from snakes import LINE_TWEAKABLES
 
-from . import (
-    detect_operators,
-    export_operators,
-    expression_operators,
-    faces,
-    live,
-    memory,
-    operators,
-    pin_operators,
-    properties,
-    sources,
-    translation,
-)
-from .panel import Tab
+from ..background import live
+from ..messages import translation
+from ..operators import detect, export, expression, pins, sketch
+from ..state import faces, memory, properties, sources
 from .presets import SKETCHTOFACE_PT_presets
+from .tab import Tab
 
 LABELS = {control.name: control.label for control in CONTROLS}
 LIKELY = 0.2  # actions that are less likely are shown on request
-_decide = detect_operators.SKETCHTOFACE_OT_decide.bl_idname
+_decide = detect.SKETCHTOFACE_OT_decide.bl_idname
 
 
 class OfSketch(Tab):
@@ -117,23 +108,19 @@ class SKETCHTOFACE_PT_detect(OfSketch, bpy.types.Panel):
             ("REJECT", "X", item.locked and not item.active),
             ("FREE" if item.locked else "LOCK", "LOCKED" if item.locked else "UNLOCKED", False),
         ):
-            text = next(name for key, name, _ in detect_operators.DECISIONS if key == decision)
+            text = next(name for key, name, _ in detect.DECISIONS if key == decision)
             text = "" if decision in ("LOCK", "FREE") else text  # its icon says it
             button = row.operator(_decide, text=text, text_ctxt=translation.OWN, icon=icon,
                                   depress=pressed)  # fmt: skip
             button.name, button.decision = item.name, decision
-        evidence = detect_operators.picture(memory_of.mark, item.name)
+        evidence = detect.picture(memory_of.mark, item.name)
         if evidence:
             self.layout.template_icon(icon_value=evidence, scale=9.0)
             self.layout.label(text="Red speaks for it, blue against it")
         else:
-            self.layout.operator(
-                detect_operators.SKETCHTOFACE_OT_evidence.bl_idname, icon="ZOOM_ALL"
-            )
+            self.layout.operator(detect.SKETCHTOFACE_OT_evidence.bl_idname, icon="ZOOM_ALL")
         if any(item.locked for item in memory_of.detections):
-            self.layout.operator(
-                detect_operators.SKETCHTOFACE_OT_unlock_all.bl_idname, icon="UNLOCKED"
-            )
+            self.layout.operator(detect.SKETCHTOFACE_OT_unlock_all.bl_idname, icon="UNLOCKED")
 
 
 class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
@@ -169,8 +156,8 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         memory_of = face.sketch_to_face
         layout = self.layout
         row = layout.row(align=True)
-        row.operator(pin_operators.SKETCHTOFACE_OT_drag_pins.bl_idname, icon="PINNED")
-        unpin = pin_operators.SKETCHTOFACE_OT_unpin.bl_idname
+        row.operator(pins.SKETCHTOFACE_OT_drag_pins.bl_idname, icon="PINNED")
+        unpin = pins.SKETCHTOFACE_OT_unpin.bl_idname
         if len(memory_of.pins):
             row.operator(unpin, text="", icon="X").name = ""
             column = layout.column(align=True)
@@ -181,13 +168,13 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         column = layout.column()
         column.scale_y = 1.3
         row = column.row(align=True)
-        row.operator(operators.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
+        row.operator(sketch.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
         row.prop(memory_of, "live", text="", icon="RADIOBUT_ON", toggle=True)
         trouble = live.troubles.get(face.name) if memory_of.live else None
         if trouble:
             layout.label(text=trouble, icon="ERROR")
         if not sources.same(memory_of, bpy.context.scene.sketch_to_face):
-            layout.operator(operators.SKETCHTOFACE_OT_adopt_sketch.bl_idname)
+            layout.operator(sketch.SKETCHTOFACE_OT_adopt_sketch.bl_idname)
 
 
 class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
@@ -214,7 +201,7 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
             used = settings.method == "lines" and name in LINE_TWEAKABLES
             if name != "mirror" and (settings.method == "thesis" or used):
                 column.prop(group, name)
-        layout.operator(operators.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
+        layout.operator(sketch.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 
 class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
@@ -249,11 +236,11 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
             for name in ("stroke_profile", "stroke_depth", "stroke_width"):
                 column.prop(settings, name)
         if settings.strokes != "ignore" or settings.strokes != face.sketch_to_face.strokes:
-            column.operator(operators.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
+            column.operator(sketch.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
         row = self.layout.row(align=True)
-        row.operator(expression_operators.SKETCHTOFACE_OT_save_expression.bl_idname,
+        row.operator(expression.SKETCHTOFACE_OT_save_expression.bl_idname,
                      icon="FILE_TICK")  # fmt: skip
-        row.operator(export_operators.SKETCHTOFACE_OT_export.bl_idname, text="Export",
+        row.operator(export.SKETCHTOFACE_OT_export.bl_idname, text="Export",
                      icon="EXPORT")  # fmt: skip
 
 

@@ -10,9 +10,12 @@ import addon.accepted
 from addon.accepted import SketchError
 from facs_rig.blender.armature import layer_of
 
-from . import faces, placing, properties, sketching, translation
-from .reporting import say
-from .work import InSlices
+from ..background import sketching
+from ..background.tasks import InSlices
+from ..messages import translation
+from ..messages.reporting import say
+from ..state import faces, properties, sources
+from ..viewport import looking
 
 SAMPLES = Path(addon.accepted.__file__).parent / "sketches"
 
@@ -43,26 +46,6 @@ def out_of_its_mode(face: bpy.types.Object):
                 bpy.ops.object.mode_set(mode=mode)
 
 
-def look_at(context, face: bpy.types.Object) -> None:
-    """Look at the face's front in the 3D view that the button is in (a head is 25 cm tall).
-
-    Not where the artist looks through a camera, nor where the face is in sight already.
-    """
-    area = context.area
-    if area is None or area.type != "VIEW_3D" or bpy.app.background:
-        return
-    region = next((r for r in area.regions if r.type == "WINDOW"), None)
-    if region is None:
-        return
-    view = area.spaces.active.region_3d
-    if view.view_perspective == "CAMERA" or placing.in_sight(view, face):
-        return
-    with context.temp_override(area=area, region=region, active_object=face,
-                               selected_objects=[face]):  # fmt: skip
-        bpy.ops.view3d.view_axis(type="FRONT")
-        bpy.ops.view3d.view_selected()
-
-
 class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
     """Read the sketch and build its face: expression, head and details as sliders"""
 
@@ -82,7 +65,7 @@ class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
         face, found = yield from sketching.new_face(context, context.scene.sketch_to_face)
         faces.select_alone(context, face)
         if self.frame:
-            look_at(context, face)
+            looking.look_at(context, face)
         kind, said = sketching.sentence(face, found.fit)
         self.report({kind}, said)
         return {"FINISHED"}
@@ -125,8 +108,6 @@ class SKETCHTOFACE_OT_adopt_sketch(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Copy which sketch is meant; pins belong to the old one."""
-        from . import sources
-
         memory = faces.active_face(context).sketch_to_face
         sources.copy(context.scene.sketch_to_face, memory)
         memory.pins.clear()
