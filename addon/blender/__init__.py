@@ -79,12 +79,14 @@ from . import right_zip  # noqa: E402
 _bundled = _find_core()
 
 from . import operators, panels  # noqa: E402  (the core must be found first)
-from .background import live  # noqa: E402
+from .background import live, tasks  # noqa: E402
 from .messages import reporting, translation  # noqa: E402
 from .state import memory, preferences, properties  # noqa: E402
+from .state.session import session  # noqa: E402
 from .viewport import overlay  # noqa: E402
 
 _MODULES = (
+    reporting,
     translation,
     preferences,
     memory,
@@ -93,6 +95,7 @@ _MODULES = (
     *panels.MODULES,
     overlay,
     live,
+    tasks,
 )
 
 glTF2_pre_export_callback = operators.export.before_gltf  # noqa: N816  (Blender's name for it)
@@ -102,7 +105,6 @@ def register() -> None:
     """Add the tab and its operators to Blender: each module's classes, then what else it needs."""
     if _bundled and str(_BUNDLED_CORE) not in sys.path:  # enabled again after unregister
         sys.path.append(str(_BUNDLED_CORE))
-    reporting.register(__package__)
     for module in _MODULES:
         for cls in getattr(module, "CLASSES", ()):
             bpy.utils.register_class(cls)
@@ -117,6 +119,6 @@ def unregister() -> None:
             module.detach()
         for cls in reversed(getattr(module, "CLASSES", ())):
             bpy.utils.unregister_class(cls)
-    reporting.unregister()
+    session.clear()
     if _bundled and str(_BUNDLED_CORE) in sys.path:
         sys.path.remove(str(_BUNDLED_CORE))

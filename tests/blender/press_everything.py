@@ -210,7 +210,7 @@ def corrections() -> None:
     press("sketch_to_face.decide", name="smile", decision="REJECT")
     press("sketch_to_face.evidence")
     overlay = sys.modules[MODULE + ".viewport.overlay"]
-    overlay.look(bpy.context, face).errand.done.wait(60)
+    overlay.look(bpy.context, face).task.done.wait(60)
     seen = overlay.look(bpy.context, face)
     assert len(seen.lines) > 10
     (chin,) = overlay.on_page(face, overlay.points_of(face, seen)["chin"])
@@ -243,6 +243,7 @@ def sketches_of_every_kind() -> None:
     from PIL import Image
 
     sources, live = sys.modules[MODULE + ".state.sources"], sys.modules[MODULE + ".background.live"]
+    session = sys.modules[MODULE + ".state.session"].session
     settings().method, settings().strokes = "shape", "ignore"
     settings().sketch_kind = "FILE"
     with Image.open(sketch) as picture:
@@ -265,7 +266,7 @@ def sketches_of_every_kind() -> None:
     before = shown(face)
     live.watch()
     live.wait()
-    assert not live.troubles and np.abs(shown(face) - before).max() > 1e-3
+    assert not session.troubles and np.abs(shown(face) - before).max() > 1e-3
     face.sketch_to_face.live = False
 
 

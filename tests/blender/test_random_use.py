@@ -455,16 +455,16 @@ def faults() -> list[str]:
 def unrest(logged: list[str]) -> list[str]:
     """What is wrong with the watch over live faces once all it had begun is over."""
     from addon.blender.background import live as watching
-    from addon.blender.background import tasks
+    from addon.blender.state.session import session
 
     watching.wait()
     watching.watch()
     watching.wait()
-    found = [said for said in watching.troubles.values() if not said or "\n" in said]
+    found = [said for said in session.troubles.values() if not said or "\n" in said]
     names = {face.name for face in own_faces() if face.sketch_to_face.live}
-    found += [f"trouble with {name}, which is not live" for name in watching.troubles
+    found += [f"trouble with {name}, which is not live" for name in session.troubles
               if name not in names]  # fmt: skip
-    if watching._at_work is not None or tasks.now is not None:
+    if session.refit is not None or session.doing is not None:
         found.append("something is still at work")
     if not bpy.app.timers.is_registered(watching.watch):
         found.append("nobody watches any more")

@@ -10,6 +10,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from addon.blender.background import tasks  # noqa: E402
+from addon.blender.state.session import session  # noqa: E402
 
 from .sheets import image_of, lines_of, pencil_of  # noqa: E402
 from .test_shell import press  # noqa: E402
@@ -109,7 +110,7 @@ def test_an_added_face_has_no_sketch_to_show(panels):
 
 
 def test_while_work_goes_on_there_is_a_bar_and_no_button(panels, monkeypatch):
-    monkeypatch.setattr(tasks, "now", tasks.Tick("reading it", 0.4))
+    monkeypatch.setattr(session, "doing", tasks.Tick("reading it", 0.4))
     _, layout = panels()
     assert layout.drawn("progress") == ["Reading it …"] and not layout.drawn(FIT)
     assert "Esc stops it" in layout.drawn("label")
@@ -135,12 +136,11 @@ def test_pins_are_listed_and_a_sketch_that_is_another_can_be_taken(panels, sketc
 
 
 def test_what_is_wrong_with_a_live_sketch_is_said(panels, sketch, monkeypatch):
-    from addon.blender.background import live
 
     press(sketch)
     face = bpy.context.active_object
     face.sketch_to_face.live = True
-    monkeypatch.setitem(live.troubles, face.name, "The sketch is gone.")
+    monkeypatch.setitem(session.troubles, face.name, "The sketch is gone.")
     assert "The sketch is gone." in panels()[1].drawn("label")
 
 
@@ -162,7 +162,7 @@ def test_evidence_is_a_picture_where_red_lines_speak_for_the_action(panels, sket
     press(sketch)
     assert bpy.ops.sketch_to_face.evidence() == {"FINISHED"}
     memory = bpy.context.active_object.sketch_to_face
-    made = detect._found[memory.mark]
+    made = session.evidence[memory.mark]
     assert set(made) == set(memory.detections.keys())
     smile = made["smile"]
     assert smile.shape == (384, 384, 4) and smile.dtype == np.float32
@@ -270,19 +270,19 @@ def test_the_overlay_lies_where_the_sketch_has_the_face(shell, sketch, rig, eval
     assert (-corners[1] > front).all()
 
     shown = overlay.look(bpy.context, face)
-    shown.errand.done.wait(60)
+    shown.task.done.wait(60)
     shown = overlay.look(bpy.context, face)
-    assert shown.errand is None and len(shown.lines) > 10
+    assert shown.task is None and len(shown.lines) > 10
     local = evaluated(face) - (0.3, 0.1, 0.2)
     assert np.allclose(shown.landmarks, local[rig.landmarks][:, :2], atol=1e-5)
     low, high = local[:, :2].min(axis=0), local[:, :2].max(axis=0)
     points = np.concatenate(shown.lines)
     assert (points > low - 0.002).all() and (points < high + 0.002).all()
-    assert overlay.look(bpy.context, face).errand is None  # the same face is not looked at again
+    assert overlay.look(bpy.context, face).task is None  # the same face is not looked at again
     face["jaw_open"] = 5.0
     face.update_tag()
     bpy.context.view_layer.update()
-    assert overlay.look(bpy.context, face).errand is not None
+    assert overlay.look(bpy.context, face).task is not None
 
 
 def test_lines_are_packed_and_unpacked():

@@ -20,6 +20,7 @@ from addon.blender.background import live  # noqa: E402
 from addon.blender.messages import reporting  # noqa: E402
 from addon.blender.operators import detect  # noqa: E402
 from addon.blender.panels import sketch as sketch_panel  # noqa: E402
+from addon.blender.state.session import Session, session  # noqa: E402
 from addon.blender.viewport import overlay  # noqa: E402
 from facs_rig import FaceParameters  # noqa: E402
 from facs_rig.blender.pose import is_face  # noqa: E402
@@ -59,13 +60,9 @@ def traces() -> dict[str, list]:
         if bpy.app.timers.is_registered(timer)
     ]
     told["kept"] = [
-        held
-        for held in (
-            overlay._handler, sketch_panel._thumbnails, detect._pictures, live._at_work,
-            *live.troubles, *overlay._shown, *detect._found, *reporting._log.handlers,
-        )
-        if held is not None
-    ]  # fmt: skip
+        *(name for name, value in vars(session).items() if value != getattr(Session(), name)),
+        *reporting._log.handlers,
+    ]
     return told
 
 
@@ -77,7 +74,7 @@ def test_nothing_is_left_once_the_add_on_is_switched_off(sketch, tmp_path, monke
     for _ in range(3):
         module.register()
         try:
-            assert overlay._handler is not None and sketch_panel._thumbnails is not None
+            assert session.draw_handler is not None and session.thumbnails is not None
             on = {k: v for k, v in traces().items() if k != "kept"}
             assert on["timers"] == ["watch"] and (once or on) == on
             once = on
@@ -95,17 +92,17 @@ def use(sketch) -> None:
     assert ops.fit() == {"FINISHED"}
     face = bpy.context.active_object
     sketch_panel.thumbnail(settings)  # without a window it has no icon, but is kept all the same
-    assert len(sketch_panel._thumbnails)
+    assert len(session.thumbnails)
     detect.keep("mark", {"smile": np.zeros((384, 384, 4), np.float32)})
     detect.picture("mark", "smile")
-    assert len(detect._pictures)
+    assert len(session.evidence_icons)
     overlay.look(bpy.context, face)
     assert bpy.app.timers.is_registered(overlay._again)
     face.sketch_to_face.live = True
     face.sketch_to_face.sketch = "//nowhere.png"
     live.watch()
     live.wait()
-    assert live.troubles
+    assert session.troubles
     try:
         raise ZeroDivisionError
     except ZeroDivisionError:
@@ -123,7 +120,7 @@ def test_switched_off_while_a_live_face_is_fitted(sketch, evaluated):
         before = evaluated(face)
         face.sketch_to_face.live, face.sketch_to_face.sketch = True, str(OTHER)
         live.watch()
-        assert live._at_work is not None
+        assert session.refit is not None
     finally:
         module.unregister()
     end = time.monotonic() + 20
@@ -131,7 +128,7 @@ def test_switched_off_while_a_live_face_is_fitted(sketch, evaluated):
         assert time.monotonic() < end, "a thread is still at work"
         time.sleep(0.01)
     assert np.array_equal(evaluated(face), before)
-    assert live._at_work is None
+    assert session.refit is None
 
 
 # --- undo and redo --------------------------------------------------------------------------------

@@ -14,16 +14,12 @@ from facs_rig.blender.pose import check_face, is_face
 
 from ..messages import reporting, translation
 from ..state import sources
+from ..state.session import session
 from . import sketching, tasks
 
 EVERY = 0.5  # seconds between looks
 AT_MOST = 0.1  # share of the time that looking may take
 BUSY = 0.02  # seconds between looks at a fit that goes on
-
-_at_work: tasks.Steps | None = None
-_waits_for = None
-_tried: dict[str, tuple[str, str]] = {}  # name of a face -> state of its sketch that failed, why
-troubles: dict[str, str] = {}  # name of a face -> why its sketch cannot be read, for the panel
 
 
 def live_faces() -> list[bpy.types.Object]:
@@ -34,16 +30,15 @@ def live_faces() -> list[bpy.types.Object]:
 
 def watch() -> float:
     """Look once; returns seconds until the next look."""
-    global _at_work
-    if _at_work is not None:
+    if session.refit is not None:
         return _go_on()
-    if tasks.now is not None:  # a button's work comes first
+    if session.doing is not None:  # a button's work comes first
         return EVERY
     begin, faces = time.perf_counter(), live_faces()
-    _forget((_tried.keys() | troubles) - {face.name for face in faces})
+    _forget((session.refused.keys() | session.troubles) - {face.name for face in faces})
     for face in faces:
         if changed(face):
-            _at_work = refit(face.name)
+            session.refit = refit(face.name)
             return _go_on()
     return max(EVERY, (time.perf_counter() - begin) / AT_MOST)
 
@@ -54,33 +49,33 @@ def changed(face: bpy.types.Object) -> bool:
         check_face(face)
         mark = sources.source_of(face.sketch_to_face).mark
     except ValueError as error:
-        troubles[face.name] = str(error)
+        session.troubles[face.name] = str(error)
         return False
     if mark == face.sketch_to_face.mark:  # what was wrong was undone, or mended by the button
         _forget({face.name})
         return False
-    tried, why = _tried.get(face.name, ("", ""))
+    tried, why = session.refused.get(face.name, ("", ""))
     if tried == mark:
-        troubles[face.name] = why
+        session.troubles[face.name] = why
     return tried != mark and face.mode == "OBJECT"  # in another, its keys cannot be written
 
 
 def _forget(names: set[str]) -> None:
     """Nothing is wrong with the sketches of these faces any more."""
     for name in names:
-        _tried.pop(name, None)
-        troubles.pop(name, None)
+        session.refused.pop(name, None)
+        session.troubles.pop(name, None)
 
 
 def refit(name: str) -> tasks.Steps:
-    """Steps that fit a face again; what is wrong with its sketch goes to `troubles`."""
+    """Steps that fit a face again; what is wrong with its sketch goes to `session.troubles`."""
     context, face = bpy.context, bpy.data.objects[name]
     mark = sources.source_of(face.sketch_to_face).mark
-    troubles.pop(name, None)
+    session.troubles.pop(name, None)
     try:
         reading = sketching.reading(context, face.sketch_to_face, face)
-        yield from tasks.away(sketching.warm_up, "")
-        found = yield from tasks.away(reading, "")
+        yield from tasks.in_background(sketching.warm_up, "")
+        found = yield from tasks.in_background(reading, "")
         face = bpy.data.objects.get(name)  # deleted, renamed or undone meanwhile
         if face is not None and is_face(face) and face.sketch_to_face.live:
             yield from sketching.put_on(face, found)
@@ -92,29 +87,28 @@ def refit(name: str) -> tasks.Steps:
             path = reporting.log("Live")
             why = translation.text("{title} broke ({kind}); details: {path}", title="Live",
                                    kind=type(error).__name__, path=path)  # fmt: skip
-        _tried[name], troubles[name] = (mark, why), why
+        session.refused[name], session.troubles[name] = (mark, why), why
 
 
 def _go_on() -> float:
     """A slice of the fit that goes on."""
-    global _at_work, _waits_for
-    if _waits_for is not None and not _waits_for.is_set():
+    if session.refit_waits_for is not None and not session.refit_waits_for.is_set():
         return BUSY
     try:
-        _waits_for = next(_at_work).waits_for
+        session.refit_waits_for = next(session.refit).waits_for
     except StopIteration:
-        _at_work = _waits_for = None
+        session.refit = session.refit_waits_for = None
         tasks.redraw(bpy.context, {"UI", "WINDOW"})
         return EVERY
-    return BUSY if _waits_for is not None else 0.0
+    return BUSY if session.refit_waits_for is not None else 0.0
 
 
 def wait(seconds: float = 60.0) -> None:
     """Let the fit that goes on end where no timer runs: in scripts, and without a window."""
     end = time.monotonic() + seconds
-    while _at_work is not None and time.monotonic() < end:
-        if _waits_for is not None:
-            _waits_for.wait(1.0)
+    while session.refit is not None and time.monotonic() < end:
+        if session.refit_waits_for is not None:
+            session.refit_waits_for.wait(1.0)
         watch()
 
 
@@ -125,11 +119,7 @@ def attach() -> None:
 
 def detach() -> None:
     """The reverse of attach."""
-    global _at_work, _waits_for
     if bpy.app.timers.is_registered(watch):
         bpy.app.timers.unregister(watch)
-    if _at_work is not None:
-        _at_work.close()
-    _at_work = _waits_for = None
-    _tried.clear()
-    troubles.clear()
+    if session.refit is not None:
+        session.refit.close()

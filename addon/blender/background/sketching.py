@@ -17,7 +17,7 @@ from facs_rig.blender.pose import pose_of, refresh, set_pose
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
-from .tasks import Errand, Progress, Steps, Tick, away, within
+from .tasks import BackgroundTask, Progress, Steps, Tick, in_background, within
 
 if TYPE_CHECKING:
     from addon.pipeline import FaceFit
@@ -129,7 +129,7 @@ def new_face(context, holder) -> Steps:
     work = reading(context, holder, shape=shape)
     wanted = sources.place_beside(context, holder)
     place = {"collection": faces.home(context), "location": placing.clear_place(context, wanted)}
-    rig = yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
+    rig = yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
     face, waits = None, False
 
     def known():
@@ -138,33 +138,33 @@ def new_face(context, holder) -> Steps:
         if waits:
             return None
         if shape.parameters is None:
-            errand.done.wait()
-            errand.result()  # raises what kept it from being known
+            task.done.wait()
+            task.result()  # raises what kept it from being known
         return shape.parameters, shape.offsets
 
     build = build_when(name, rig, known, **place)
     next(build)  # the bones, while no thread runs
-    errand = Errand(work)
+    task = BackgroundTask(work)
     try:
         while face is None:
             try:
                 next(build)
             except StopIteration as end:
                 face = end.value
-            share = WARM + (1 - WARM) * errand.share
+            share = WARM + (1 - WARM) * task.share
             said = translation.text("reading {name}", name=name)
             yield Tick(said, share, shape.known if waits else None)
-        while not errand.done.is_set():
+        while not task.done.is_set():
             said = translation.text("measuring {name}", name=name)
-            yield Tick(said, WARM + (1 - WARM) * errand.share, errand.done)
-        found = errand.result()
+            yield Tick(said, WARM + (1 - WARM) * task.share, task.done)
+        found = task.result()
     except BaseException:
         if face is not None:
             remove(face)
         raise
     finally:
         build.close()
-        errand.stop()
+        task.stop()
     memory.remember(face, holder, found)
     return face, found
 
@@ -181,9 +181,9 @@ def again(context, face) -> Steps:
     Locked actions, pins, gaze, neck, depth of creases, place and keyframes stay.
     """
     work = reading(context, face.sketch_to_face, face)
-    yield from away(warm_up, translation.text("getting ready"), 0.0, WARM)
+    yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
     said = translation.text("reading the sketch of {name}", name=face.name)
-    found = yield from away(work, said, WARM, READ)
+    found = yield from in_background(work, said, WARM, READ)
     yield from put_on(face, found)
     return found
 

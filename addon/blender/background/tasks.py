@@ -1,8 +1,8 @@
 """Long work in slices: modal from a button, so that Blender stays awake, else straight through.
 
 An operator's work is a generator, `steps`, that yields a Tick now and then. What needs no Blender
-goes to a thread (`away`): bpy is never touched from there. A button runs the generator for a
-few milliseconds at every tick of a timer and hears Escape; a script, a redo and Blender without a
+goes to a thread (`in_background`): bpy is never touched from there. A button runs the generator for
+a few milliseconds at every tick of a timer and hears Escape; a script, a redo and Blender without a
 window run it to its end in one go.
 """
 
@@ -18,6 +18,7 @@ import bpy
 
 from ..messages import translation
 from ..messages.reporting import reported, say
+from ..state.session import session
 
 SLICE = 0.12  # seconds of work between two looks at mouse and keyboard
 SHOWN = 0.5  # seconds between two signs of how far it is: drawing the window takes time, too
@@ -45,11 +46,9 @@ class Tick:
 
 
 Steps = Generator[Tick, None, Any]
-now: Tick | None = None
-"""What the button that was pressed is at, for the panel; None while nothing runs."""
 
 
-class Errand:
+class BackgroundTask:
     """A function that runs in a thread of its own.
 
     work : gets a function (done, total) to call now and then. Once `stop` was called that function
@@ -88,20 +87,22 @@ class Errand:
         return self._result
 
 
-def away(work: Callable[[Progress], Any], text: str, start: float = 0.0, end: float = 1.0) -> Steps:
+def in_background(
+    work: Callable[[Progress], Any], text: str, start: float = 0.0, end: float = 1.0
+) -> Steps:
     """Steps that wait for `work`, done in a thread, and return its result.
 
     start, end : the share of the whole before and after it
     """
-    errand = Errand(work)
+    task = BackgroundTask(work)
     try:
         while True:  # at least once, so that what is over at once is named, too
-            yield Tick(text, start + (end - start) * errand.share, errand.done)
-            if errand.done.is_set():
+            yield Tick(text, start + (end - start) * task.share, task.done)
+            if task.done.is_set():
                 break
     finally:
-        errand.stop()
-    return errand.result()
+        task.stop()
+    return task.result()
 
 
 def within(
@@ -152,13 +153,12 @@ class InSlices:
 
     def invoke(self, context, event):
         """One slice for every tick of a timer."""
-        global now
         if bpy.app.background:
             return self.execute(context)
-        if now is not None:
-            say(self, "WARNING", "Still at work: {doing}", doing=now.text)
+        if session.doing is not None:
+            say(self, "WARNING", "Still at work: {doing}", doing=session.doing.text)
             return {"CANCELLED"}
-        now = Tick(_title(self))
+        session.doing, session.running = Tick(_title(self)), self
         self._steps = self.steps(context)
         manager = context.window_manager
         manager.progress_begin(0, 100)
@@ -194,19 +194,18 @@ class InSlices:
 
     def _advance(self, context) -> set[str] | None:
         """A slice of work; what the operator returns once it is over."""
-        global now
         end = time.perf_counter() + SLICE
         while True:
             try:
-                now = next(self._steps)
+                tick = session.doing = next(self._steps)
             except StopIteration as last:
                 return last.value
-            if time.perf_counter() > end or now.waits_for is not None:
+            if time.perf_counter() > end or tick.waits_for is not None:
                 if time.perf_counter() > self._shown + SHOWN:
                     self._shown = time.perf_counter()
                     _show(context, _title(self))
-                if now.waits_for is not None:
-                    self._sleep(context, now.waits_for)
+                if tick.waits_for is not None:
+                    self._sleep(context, tick.waits_for)
                 return None
 
     def _wake(self, context) -> None:
@@ -241,10 +240,9 @@ class InSlices:
         bpy.app.timers.register(look, first_interval=0.0)
 
     def _put_away(self, context) -> None:
-        global now
-        if now is None:
+        if session.doing is None:
             return
-        now = self._steps = None
+        session.doing = session.running = self._steps = None
         self._rest(context)
         if self._alarm is not None and bpy.app.timers.is_registered(self._alarm):
             bpy.app.timers.unregister(self._alarm)
@@ -272,11 +270,12 @@ def run(steps: Steps) -> Any:
 
 def _show(context, title: str) -> None:
     """Tell the status bar, the mouse pointer and the sidebar how far it is."""
-    if now is None:
+    tick = session.doing
+    if tick is None:
         return
-    context.window_manager.progress_update(round(100 * now.share))
+    context.window_manager.progress_update(round(100 * tick.share))
     if context.workspace is not None:
-        said = translation.text("{title}: {doing}    Esc: stop", title=title, doing=now.text)
+        said = translation.text("{title}: {doing}    Esc: stop", title=title, doing=tick.text)
         context.workspace.status_text_set(said)
     redraw_sidebars(context)
 
@@ -294,3 +293,9 @@ def redraw(context, kinds: set[str]) -> None:
                 for region in area.regions:
                     if region.type in kinds:
                         region.tag_redraw()
+
+
+def detach() -> None:
+    """The add-on is switched off: Blender forgets the operator that runs without a word to it."""
+    if session.running is not None:
+        session.running.cancel(bpy.context)

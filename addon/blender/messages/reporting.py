@@ -12,20 +12,14 @@ from addon.accepted import SketchError
 
 from . import translation
 
+ADDON = __package__.rpartition(".")[0]  # the name under which Blender knows the add-on
 LOG_NAME = "sketch_to_face.log"
 RAISE = "SKETCH_TO_FACE_RAISE"  # environment variable: tests and developers want the traceback
 
 _log = logging.getLogger(__name__)
-_package = __package__
 
 
-def register(package: str) -> None:
-    """Remember under which name Blender knows this add-on."""
-    global _package
-    _package = package
-
-
-def unregister() -> None:
+def detach() -> None:
     """Let go of the log file."""
     for handler in list(_log.handlers):
         _log.removeHandler(handler)
@@ -35,7 +29,7 @@ def unregister() -> None:
 def log_path() -> Path:
     """The log file; its folder is made when it is missing."""
     try:
-        folder = bpy.utils.extension_path_user(_package, create=True)
+        folder = bpy.utils.extension_path_user(ADDON, create=True)
     except (AttributeError, ValueError):  # before 4.2, or not installed as an extension
         folder = bpy.utils.user_resource("CONFIG", path="sketch_to_face", create=True)
     return Path(folder) / LOG_NAME

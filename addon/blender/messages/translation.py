@@ -22,8 +22,6 @@ OWN = "Sketch to Face"
 # Properties take a context in newer Blenders alone.
 OWN_CONTEXT = {"translation_context": OWN} if "translation_context" in EnumProperty.__doc__ else {}
 
-_package = __package__
-
 
 def text(message: str, /, **values) -> str:
     """A report or a status text in the artist's language, filled in with `values`."""
@@ -59,9 +57,9 @@ def _rows(table: dict[str, dict[str, str]]) -> dict[tuple[str, str], str]:
 def attach() -> None:
     """Hand the tables to Blender."""
     tables = {language: _rows(table) for language, table in TABLES.items()}
-    bpy.app.translations.register(_package, tables)
+    bpy.app.translations.register(__package__, tables)
 
 
 def detach() -> None:
     """The reverse of attach."""
-    bpy.app.translations.unregister(_package)
+    bpy.app.translations.unregister(__package__)

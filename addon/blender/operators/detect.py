@@ -8,10 +8,11 @@ from bpy.props import EnumProperty, StringProperty
 from addon.accepted import SketchError
 
 from ..background import sketching
-from ..background.tasks import InSlices, away
+from ..background.tasks import InSlices, in_background
 from ..messages import translation
 from ..messages.reporting import reported
 from ..state import faces, memory, preferences, properties, sources
+from ..state.session import session
 
 PICTURE = 384  # px, side of an evidence picture
 DECISIONS = (
@@ -20,8 +21,6 @@ DECISIONS = (
     ("LOCK", "Lock", "Keep it as it is now"),
     ("FREE", "Unlock", "Let the next fit decide"),
 )
-_found: dict[str, dict] = {}  # state of a sketch -> action -> picture (s, s, 4); the newest alone
-_pictures = None  # Blender's preview collection, while registered
 
 
 def item_of(face, name: str):
@@ -98,7 +97,7 @@ class SKETCHTOFACE_OT_evidence(InSlices, faces.OnFace, bpy.types.Operator):
         source = sources.source_of(face.sketch_to_face)
         align = properties.fit_values(context)["align"]
         work = pictures_of(source, align, preferences.of(context).threads)
-        made = yield from away(work, translation.text("erasing the sketch patch by patch"))
+        made = yield from in_background(work, translation.text("erasing the sketch patch by patch"))
         keep(face.sketch_to_face.mark, made)
         return {"FINISHED"}
 
@@ -135,22 +134,22 @@ def pictures_of(source, align: str | None, threads: int):
 
 def keep(mark: str, made: dict) -> None:
     """Remember the pictures of one sketch, and forget those of the one before."""
-    _found.clear()
-    if _pictures is not None:
-        _pictures.clear()
-    _found[mark] = made
+    session.evidence.clear()
+    if session.evidence_icons is not None:
+        session.evidence_icons.clear()
+    session.evidence[mark] = made
 
 
 def picture(mark: str, name: str) -> int:
     """Icon of an action's evidence in a sketch of this state; 0 if it was not asked for."""
-    made = _found.get(mark)
-    if made is None or name not in made or _pictures is None:
+    made = session.evidence.get(mark)
+    if made is None or name not in made or session.evidence_icons is None:
         return 0
-    if name not in _pictures:
-        icon = _pictures.new(name)
+    if name not in session.evidence_icons:
+        icon = session.evidence_icons.new(name)
         icon.image_size = (PICTURE, PICTURE)
         icon.image_pixels_float[:] = made[name].ravel()
-    return _pictures[name].icon_id
+    return session.evidence_icons[name].icon_id
 
 
 CLASSES = (
@@ -162,13 +161,9 @@ CLASSES = (
 
 def attach() -> None:
     """Make room for pictures."""
-    global _pictures
-    _pictures = bpy.utils.previews.new()
+    session.evidence_icons = bpy.utils.previews.new()
 
 
 def detach() -> None:
     """The reverse of attach."""
-    global _pictures
-    bpy.utils.previews.remove(_pictures)
-    _pictures = None
-    _found.clear()
+    bpy.utils.previews.remove(session.evidence_icons)

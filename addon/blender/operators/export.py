@@ -15,7 +15,7 @@ from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
 from facs_rig.common.files import Outputs
 
-from ..background.tasks import InSlices, Steps, Tick, away, within
+from ..background.tasks import InSlices, Steps, Tick, in_background, within
 from ..messages import translation
 from ..messages.reporting import say
 from ..state import faces, preferences
@@ -174,7 +174,7 @@ def _write_shown(path: Path, face: bpy.types.Object, names: str) -> Steps:
         write_shape(path, shape)
 
     if path.suffix.lower() != ".fbx":
-        yield from away(write, doing, 0.8)
+        yield from in_background(write, doing, 0.8)
         return
     yield Tick(doing, 0.8)
     with Outputs() as outputs:

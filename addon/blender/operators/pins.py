@@ -15,6 +15,7 @@ from ..background.tasks import LOOKING, redraw
 from ..messages import translation
 from ..messages.reporting import reported, say
 from ..state import faces, memory
+from ..state.session import session
 from ..viewport import looking, overlay
 
 NEAR = 14  # px on the screen within which a point is taken
@@ -93,7 +94,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         self._area = context.area  # where the mouse is later is another matter
         self._before = memory.places(face)
         self._overlay = context.scene.sketch_to_face.overlay
-        context.scene.sketch_to_face.overlay = overlay.show_points = True
+        context.scene.sketch_to_face.overlay = session.show_points = True
         looking.look_at(context, face)
         context.window_manager.modal_handler_add(self)
         context.workspace.status_text_set(
@@ -119,7 +120,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
             return self._fit(context, face)
         if event.type == "MOUSEMOVE":
             if self._taken is None:
-                overlay.held = self._under(context, face, event)
+                session.held_point = self._under(context, face, event)
             else:
                 self._drag(face, event)
             redraw(context, {"WINDOW"})
@@ -131,7 +132,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
                     pins.remove(pins.find(name))
             else:
                 self._taken = name if event.value == "PRESS" else None
-            overlay.held = self._taken
+            session.held_point = self._taken
             redraw(context, {"WINDOW"})
             return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"} if event.type in LOOKING else {"RUNNING_MODAL"}
@@ -148,7 +149,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         return {"FINISHED"}
 
     def _leave(self, context, result):
-        overlay.show_points, overlay.held = False, None
+        session.show_points, session.held_point = False, None
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         redraw(context, {"WINDOW", "UI"})

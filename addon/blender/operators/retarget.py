@@ -13,7 +13,7 @@ from facs_rig.blender.pose import is_face, pose_of
 from facs_rig.blender.retarget import Worn, check_wearer, wear
 
 from ..background import sketching
-from ..background.tasks import InSlices, Steps, away
+from ..background.tasks import InSlices, Steps, in_background
 from ..messages import translation
 from ..messages.reporting import say
 from ..state import faces, preferences
@@ -140,7 +140,7 @@ class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
             aus = pose_of(source).aus
         else:
             read = sketching.expression(context, context.scene.sketch_to_face)
-            aus = (yield from away(read, translation.text("reading the sketch"))).aus
+            aus = (yield from in_background(read, translation.text("reading the sketch"))).aus
         for name in meshes:
             try:
                 frame = context.scene.frame_current if self.keyframes else None
@@ -200,7 +200,7 @@ class Storyboard:
                                 number=self.done + 1, total=total, name=path.name)  # fmt: skip
         share = 1 / total
         try:
-            pose = yield from away(read, text, self.done * share, (self.done + 1) * share)
+            pose = yield from in_background(read, text, self.done * share, (self.done + 1) * share)
         except SketchError as error:
             self.done += 1
             self.bad.append(path.name)

@@ -6,10 +6,10 @@ from facs_rig import CONTROLS
 from facs_rig.blender.keys import FITTED
 from snakes import LINE_TWEAKABLES
 
-from ..background import live
 from ..messages import translation
 from ..operators import detect, export, expression, pins, sketch
 from ..state import faces, memory, properties, sources
+from ..state.session import session
 from .presets import SKETCHTOFACE_PT_presets
 from .tab import Tab
 
@@ -170,7 +170,7 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         row = column.row(align=True)
         row.operator(sketch.SKETCHTOFACE_OT_fit_again.bl_idname, icon="FILE_REFRESH")
         row.prop(memory_of, "live", text="", icon="RADIOBUT_ON", toggle=True)
-        trouble = live.troubles.get(face.name) if memory_of.live else None
+        trouble = session.troubles.get(face.name) if memory_of.live else None
         if trouble:
             layout.label(text=trouble, icon="ERROR")
         if not sources.same(memory_of, bpy.context.scene.sketch_to_face):

@@ -5,12 +5,10 @@ from pathlib import Path
 import bpy
 import bpy.utils.previews
 
-from ..background import tasks
 from ..operators import pencil, sketch
 from ..state import sources
+from ..state.session import session
 from .tab import Tab
-
-_thumbnails = None  # Blender's preview collection, while registered
 
 
 def thumbnail(holder) -> int:
@@ -24,15 +22,15 @@ def thumbnail(holder) -> int:
     except (OSError, ValueError):  # a path that the system cannot even look up
         return 0
     name = sources.file_mark(path)
-    if name not in _thumbnails:
-        _thumbnails.clear()
-        _thumbnails.load(name, str(path), "IMAGE")
-    return _thumbnails[name].icon_id
+    if name not in session.thumbnails:
+        session.thumbnails.clear()
+        session.thumbnails.load(name, str(path), "IMAGE")
+    return session.thumbnails[name].icon_id
 
 
 def progress(layout) -> None:
     """How far the work is, and how to stop it."""
-    tick = tasks.now
+    tick = session.doing
     text = f"{tick.text[:1].upper()}{tick.text[1:]} …"
     if hasattr(layout, "progress"):  # Blender 4.0 and newer
         layout.progress(factor=tick.share, text=text)
@@ -69,7 +67,7 @@ class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
         picture = thumbnail(settings)
         if picture:
             column.template_icon(icon_value=picture, scale=7.0)
-        if tasks.now is not None:
+        if session.doing is not None:
             progress(column)
             return
         button = column.column()
@@ -82,12 +80,9 @@ CLASSES = (SKETCHTOFACE_PT_sketch,)
 
 def attach() -> None:
     """Make room for thumbnails."""
-    global _thumbnails
-    _thumbnails = bpy.utils.previews.new()
+    session.thumbnails = bpy.utils.previews.new()
 
 
 def detach() -> None:
     """The reverse of attach."""
-    global _thumbnails
-    bpy.utils.previews.remove(_thumbnails)
-    _thumbnails = None
+    bpy.utils.previews.remove(session.thumbnails)

@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-ADDON = __package__.rpartition(".")[0]
-"""The name under which Blender knows the add-on."""
+from ..messages.reporting import ADDON
+
 # Newer Blenders want to be told that a path may begin with // for the folder of the .blend file.
 _TOLD = "is_path_supports_blend_relative" in bpy.types.Property.bl_rna.properties
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if _TOLD else set()

@@ -17,9 +17,9 @@ from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ..background import tasks
-from ..background.tasks import Errand, redraw
+from ..background.tasks import BackgroundTask, redraw
 from ..state import faces, memory
+from ..state.session import session
 
 BEFORE = 0.01  # metres between the face and the plane
 SIZE = 640  # px of the picture in which the face's lines are looked for
@@ -28,23 +28,16 @@ WIDTH = 1.6
 SKETCH, LOST, FACE = (0.05, 0.1, 0.3, 0.9), (0.1, 0.45, 1.0, 1.0), (0.95, 0.12, 0.05, 0.85)
 POINT, PINNED, HELD = (1.0, 1.0, 1.0, 0.75), (0.2, 0.95, 0.3, 1.0), (1.0, 0.85, 0.1, 1.0)
 
-_handler = None
-_shown: dict[str, Shown] = {}
-show_points = False
-"""Whether the points of the face are shown too, while the artist places pins."""
-held: str | None = None
-"""The point that the mouse is on."""
-
 
 @dataclass
-class Shown:
+class FaceLines:
     """What was found of a face. lines : (k, 2) each, landmarks : (m, 2); metres, x right, y up."""
 
     key: int = -1
     lines: list[NDArray] = field(default_factory=list)
     landmarks: NDArray = field(default_factory=lambda: np.empty((0, 2)))
     wanted: int = -1
-    errand: Errand | None = None
+    task: BackgroundTask | None = None
 
 
 def plane_of(face: bpy.types.Object) -> Matrix:
@@ -82,22 +75,22 @@ def pins_on_plane(face: bpy.types.Object) -> dict[str, NDArray[np.float64]]:
     }
 
 
-def look(context, face: bpy.types.Object) -> Shown:
+def look(context, face: bpy.types.Object) -> FaceLines:
     """What is known of the face's lines; has them found anew if the face is another than then."""
-    shown = _shown.setdefault(face.name, Shown())
-    if shown.errand is not None and shown.errand.done.is_set():
+    shown = session.face_lines.setdefault(face.name, FaceLines())
+    if shown.task is not None and shown.task.done.is_set():
         try:
-            shown.lines, shown.landmarks = shown.errand.result()
+            shown.lines, shown.landmarks = shown.task.result()
         finally:
-            shown.key, shown.errand = shown.wanted, None
-    if tasks.now is not None:  # a face that is being shaped is no face yet
+            shown.key, shown.task = shown.wanted, None
+    if session.doing is not None:  # a face that is being shaped is no face yet
         return shown
     mesh = face.evaluated_get(context.evaluated_depsgraph_get()).data
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", flat)
     key = zlib.crc32(flat)
-    if shown.errand is None and key != shown.key and len(mesh.vertices) == len(face.data.vertices):
-        shown.wanted, shown.errand = key, Errand(_finder(flat.reshape(-1, 3)))
+    if shown.task is None and key != shown.key and len(mesh.vertices) == len(face.data.vertices):
+        shown.wanted, shown.task = key, BackgroundTask(_finder(flat.reshape(-1, 3)))
         if not bpy.app.timers.is_registered(_again):
             bpy.app.timers.register(_again, first_interval=AGAIN)
     return shown
@@ -125,8 +118,8 @@ def _finder(vertices: NDArray):
 
 def _again() -> float | None:
     """Draw the views anew once the lines are found."""
-    waiting = [shown for shown in _shown.values() if shown.errand is not None]
-    if any(shown.errand.done.is_set() for shown in waiting):
+    waiting = [shown for shown in session.face_lines.values() if shown.task is not None]
+    if any(shown.task.done.is_set() for shown in waiting):
         redraw(bpy.context, {"WINDOW"})
         return None
     return AGAIN if waiting else None
@@ -150,16 +143,16 @@ def draw() -> None:
             _draw_lines([on_plane(face, n) for n in memory.unpack(face.get(memory.LOST))], LOST)
         _draw_lines(shown.lines, FACE)
         pinned = pins_on_plane(face) if face.sketch_to_face.camera[0] > 0 else {}
-        if show_points:
+        if session.show_points:
             _draw_points(list(shown.landmarks), POINT, 5.0)
         _draw_points(list(pinned.values()), PINNED, 9.0)
         spots = points_of(face, shown)
-        if held in spots:
-            _draw_points([spots[held]], HELD, 12.0)
+        if session.held_point in spots:
+            _draw_points([spots[session.held_point]], HELD, 12.0)
     gpu.state.blend_set("NONE")
 
 
-def points_of(face: bpy.types.Object, shown: Shown) -> dict[str, NDArray[np.float64]]:
+def points_of(face: bpy.types.Object, shown: FaceLines) -> dict[str, NDArray[np.float64]]:
     """The points of a face by name, on the plane: where it has them, or where they are pinned."""
     from facs_rig import LANDMARKS
 
@@ -199,18 +192,14 @@ def _draw_points(points: list[NDArray], colour: tuple[float, ...], size: float) 
 
 def attach() -> None:
     """Draw over every 3D view; nothing is drawn while the overlay is off."""
-    global _handler
-    _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_VIEW")
+    session.draw_handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_VIEW")
 
 
 def detach() -> None:
     """The reverse of attach."""
-    global _handler
-    bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
-    _handler = None
+    bpy.types.SpaceView3D.draw_handler_remove(session.draw_handler, "WINDOW")
     if bpy.app.timers.is_registered(_again):
         bpy.app.timers.unregister(_again)
-    for shown in _shown.values():
-        if shown.errand is not None:
-            shown.errand.stop()
-    _shown.clear()
+    for shown in session.face_lines.values():
+        if shown.task is not None:
+            shown.task.stop()

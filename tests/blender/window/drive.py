@@ -45,9 +45,9 @@ def things() -> tuple[set, set]:
 
 def idle() -> bool:
     """Whether the add-on's work is over."""
-    from sketch_to_face.background import tasks
+    from sketch_to_face.state.session import session
 
-    return tasks.now is None
+    return session.doing is None
 
 
 def key(desk: Desk, letter: str, **held):

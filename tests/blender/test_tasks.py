@@ -11,10 +11,11 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from addon.blender.background import tasks  # noqa: E402
+from addon.blender.state.session import session  # noqa: E402
 
 
 class Window:
-    """What `work` uses of Blender's window: timers, which a test rings, and what is shown."""
+    """What `tasks` uses of Blender's window: timers, which a test rings, and what is shown."""
 
     def __init__(self) -> None:
         self.events, self.alarms, self.shares, self.texts = [], [], [], []
@@ -68,11 +69,11 @@ def window(monkeypatch):
     monkeypatch.setattr(tasks, "SHOWN", 0.0)
     monkeypatch.setattr(tasks, "SLICE", 0.0)
     yield made
-    tasks.now = None
+    session.doing = session.running = None
 
 
 def button(steps, window=None):
-    """An operator whose work is `steps`."""
+    """An operator whose steps are `steps`."""
 
     class Operator(tasks.InSlices):
         bl_label = "Count"
@@ -106,7 +107,7 @@ def counting(done: list):
 def test_a_script_runs_it_to_its_end(window):
     done: list = []
     assert button(counting(done), window).execute(window) == {"FINISHED"}
-    assert done == [0, 1, 2, 3, "closed"] and tasks.now is None
+    assert done == [0, 1, 2, 3, "closed"] and session.doing is None
     assert window.shares == [] and window.events == []
 
 
@@ -116,11 +117,11 @@ def test_a_button_runs_a_slice_a_tick(window):
     assert pressed.invoke(window, None) == {"RUNNING_MODAL"}
     assert done == [] and len(window.events) == 1
     assert pressed.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
-    assert done == [0] and tasks.now.text == "at 0"
+    assert done == [0] and session.doing.text == "at 0"
     assert "at 0" in window.texts[-1] and "Esc" in window.texts[-1]
     answers = [pressed.modal(window, event("TIMER")) for _ in range(4)]
     assert answers == [{"RUNNING_MODAL"}] * 3 + [{"FINISHED"}]
-    assert window.events == [] and window.texts[-1] is None and tasks.now is None
+    assert window.events == [] and window.texts[-1] is None and session.doing is None
     assert window.shares == ["begin", 0, 25, 50, 75, "end"]
 
 
@@ -156,7 +157,18 @@ def test_another_file_or_the_end_of_blender_closes_the_work(window):
     pressed.invoke(window, None)
     pressed.modal(window, event("TIMER"))
     pressed.cancel(window)
-    assert done[-1] == "closed" and window.events == [] and tasks.now is None
+    assert done[-1] == "closed" and window.events == [] and session.doing is None
+
+
+def test_what_a_button_is_at_ends_when_the_add_on_is_switched_off(window):
+    done: list = []
+    pressed = button(counting(done), window)
+    pressed.invoke(window, None)
+    pressed.modal(window, event("TIMER"))
+    tasks.detach()
+    assert done[-1] == "closed" and window.events == []
+    assert session.doing is None and session.running is None
+    tasks.detach()  # nothing runs
 
 
 def test_an_error_is_a_sentence_and_ends_the_work(window):
@@ -169,14 +181,16 @@ def test_an_error_is_a_sentence_and_ends_the_work(window):
     pressed.modal(window, event("TIMER"))
     assert pressed.modal(window, event("TIMER")) == {"CANCELLED"}
     assert window.reports == [({"ERROR"}, "The pencil broke")]
-    assert window.events == [] and tasks.now is None
+    assert window.events == [] and session.doing is None
 
 
 def test_while_a_thread_works_blender_makes_no_events(window):
     gate = threading.Event()
 
     def steps():
-        return (yield from tasks.away(lambda progress: gate.wait(10) and {"FINISHED"}, "away"))
+        return (
+            yield from tasks.in_background(lambda progress: gate.wait(10) and {"FINISHED"}, "away")
+        )
 
     pressed = button(steps, window)
     pressed.invoke(window, None)
@@ -197,13 +211,13 @@ def test_what_a_thread_returns_and_raises_arrives(window):
         progress(1, 2)
         return 1 + 1
 
-    assert tasks.run(tasks.away(adding, "adding")) == 2
+    assert tasks.run(tasks.in_background(adding, "adding")) == 2
 
     def failing(_progress):
         raise ValueError("no")
 
     with pytest.raises(ValueError, match="no"):
-        tasks.run(tasks.away(failing, "failing"))
+        tasks.run(tasks.in_background(failing, "failing"))
 
 
 def test_a_thread_nobody_waits_for_ends_at_its_next_sign_of_progress(window):
@@ -217,7 +231,7 @@ def test_a_thread_nobody_waits_for_ends_at_its_next_sign_of_progress(window):
         finally:
             ended.set()
 
-    steps = tasks.away(endless, "endless", 0.2, 0.4)
+    steps = tasks.in_background(endless, "endless", 0.2, 0.4)
     tick = next(steps)
     assert 0.2 <= tick.share <= 0.4 and tick.waits_for is not None
     steps.close()
