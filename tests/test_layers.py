@@ -31,7 +31,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "facs_rig.baking": FACE,
     "facs_rig.blender": FACE,
     "dataset_gen.linework": FACE,
-    "dataset_gen": LINES,
+    "dataset_gen.conventions": LINES | {"facs_rig.baking"},  # where creases lie
+    "dataset_gen": LINES | {"dataset_gen.conventions"},
     "snakes": LINES,
     "classifiers": FACE,
     "addon": CORE | {"facs_rig.blender"},
