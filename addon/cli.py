@@ -16,7 +16,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from addon import commands, detect_command, rig_command
+from addon import commands, detect_command, evaluate_command, rig_command, train_command
 from addon.console import UsageError, say
 from addon.terminal import Stopped, mute, prepare_streams, stoppable
 
@@ -140,8 +140,8 @@ COMMANDS: dict[
         commands.generate_arguments,
         commands.generate,
     ),
-    "train": ("train the classifiers on such a set", commands.train_arguments, commands.train),
-    "evaluate": ("measure the classifiers", commands.evaluate_arguments, commands.evaluate),
+    "train": ("train the classifiers on such a set", train_command.arguments, train_command.run),
+    "evaluate": ("measure the classifiers", evaluate_command.arguments, evaluate_command.run),
     "rig": (
         "list the controls of the face, draw them, or export it",
         rig_command.arguments,

@@ -22,7 +22,6 @@ from addon.console import (
     assignment,
     distinct,
     file_name,
-    name_paths,
     need_bpy,
     remark,
     say,
@@ -241,10 +240,9 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     parser.add_argument(
         "--engine",
-        choices=("contours", "conventions", "freestyle"),
+        choices=("contours", "freestyle"),
         default="contours",
-        help="what draws the lines: our own contours, conventions (features as people draw them, "
-        "by artists drawn by lot), or Blender's Freestyle (needs bpy)",
+        help="what draws the lines: our own contours, or Blender's Freestyle (needs bpy)",
     )
     parser.add_argument(
         "--scheme",
@@ -337,30 +335,3 @@ def _preview(folder: Path, count: int) -> Path:
     with Outputs() as outputs:
         Image.fromarray(sheet[:, :, 0]).save(outputs.beside(folder / PREVIEW), pnginfo=marks)
     return folder / PREVIEW
-
-
-def train_arguments(parser: argparse.ArgumentParser) -> None:
-    from classifiers import train
-
-    train.add_arguments(parser)
-    name_paths(parser)
-
-
-def train(options: argparse.Namespace) -> int:
-    from classifiers import train
-
-    return usage(train.run, options) or 0
-
-
-def evaluate_arguments(parser: argparse.ArgumentParser) -> None:
-    from classifiers import evaluate
-
-    evaluate.add_arguments(parser)
-    name_paths(parser)
-
-
-def evaluate(options: argparse.Namespace) -> int:
-    from classifiers import evaluate
-
-    with Bar("drawings") as bar:
-        return usage(evaluate.run, options, bar) or 0

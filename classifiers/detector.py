@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from .conflicts import settle
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
-from .metrics import sigmoid
 from .plausible import (
     HIDDEN,
     LIKELY,
@@ -35,7 +34,7 @@ from .preprocess import (
     face_box,
     ink_box,
 )
-from .runtime import DESCRIPTION, FORMAT, THREADS, WEIGHTS, Answers, Runtime
+from .runtime import DESCRIPTION, FORMAT, THREADS, WEIGHTS, Answers, Runtime, sigmoid
 
 __all__ = [
     "ANGLES", "CLOSE", "DESCRIPTION", "FORMAT", "WEIGHTS", "Detection", "Detector", "Face",

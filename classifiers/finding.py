@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .metrics import sigmoid
 from .preprocess import Crop
+from .runtime import sigmoid
 
 SURE = 0.5  # a cell that is less sure of a face is not heard
 BELL = 0.6  # cells; cells beside the one of a face's middle were taught a bell of this width

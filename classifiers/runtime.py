@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from .labels import FULL
@@ -43,6 +44,12 @@ class Answers:
     face: NDArray
     found: NDArray
     apart: float = 0.0
+
+
+def sigmoid(logit: NDArray) -> NDArray[np.float64]:
+    """The softmax of two logits depends on their difference alone: 1 / (1 + exp(-difference))."""
+    logit = np.clip(np.asarray(logit, float), -60, 60)
+    return 1 / (1 + np.exp(-logit))
 
 
 class Runtime:

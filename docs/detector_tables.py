@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from classifiers.evaluate import number
 from classifiers.runtime import WEIGHTS, read_description
+from classifiers.training.evaluate import number
 from facs_rig import CONTROLS, DETECTED
 
 DOCS = Path(__file__).parent

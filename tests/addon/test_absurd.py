@@ -122,7 +122,7 @@ def idle(monkeypatch):
     monkeypatch.setattr("addon.export.write_mesh", reached)
     monkeypatch.setattr("dataset_gen.generate._run", reached)
     for name in ("train.train", "train.speed", "googlenet.train_baseline", "retrain.retrain"):
-        monkeypatch.setattr(f"classifiers.{name}", reached)
+        monkeypatch.setattr(f"classifiers.training.{name}", reached)
 
 
 @pytest.mark.slow

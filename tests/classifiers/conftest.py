@@ -132,9 +132,10 @@ def fresh_weights(tmp_path_factory, cartoons) -> Path:
     """Networks trained for two steps, exported: everything works, nothing is known yet."""
     pytest.importorskip("torch")
     pytest.importorskip("onnx")
-    from classifiers import shards
-    from classifiers.export import export
-    from classifiers.train import Config, train
+    from classifiers.training import shards
+    from classifiers.training.common import Config
+    from classifiers.training.export import export
+    from classifiers.training.train import train
 
     folder = tmp_path_factory.mktemp("weights")
     data = shards.load(cartoons)

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from classifiers import load_detector, shards
+from classifiers import load_detector
 from classifiers.detector import Detector, Reading
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
 from classifiers.preprocess import FACE_MARGIN, Crop, as_page
 from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
+from classifiers.training import shards
 from facs_rig import DETECTED, LANDMARKS
 
 

@@ -51,7 +51,7 @@ def test_faces_are_found_where_they_were_taught(rng):
 
 def test_the_training_teaches_just_that(rng):
     torch = pytest.importorskip("torch")
-    from classifiers.losses import finder_loss
+    from classifiers.training.losses import finder_loss
 
     boxes = [(0.23, 0.61, 0.4), (0.8, 0.2, 0.2)]
     perfect = torch.tensor(taught(boxes), dtype=torch.float32)[None]

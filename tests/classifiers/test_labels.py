@@ -1,4 +1,4 @@
-"""Left and right, and the way from records to targets."""
+"""Left and right."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from classifiers.conflicts import shared
 from classifiers.labels import (
     ACTIVE,
     FULL,
-    encode,
     mirror_order,
     mirrored_name,
     resolve_sides,
-    rotated_in_picture,
 )
 from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
-from facs_rig.rotation import rotation
 
 GRIMACES = ("grimace", "grimace_left", "grimace_right")
 intensity = st.floats(0, 10)
@@ -65,38 +62,3 @@ def test_mirroring_names_twice_is_the_identity():
     assert mirrored_name("smile") == "smile"
     with pytest.raises(ValueError, match="no counterpart"):
         mirror_order(["smile", "smile_left"])
-
-
-def test_turning_the_picture_is_a_rotation_about_the_line_of_sight(rng):
-    for _ in range(20):
-        angles, turn = rng.normal(0, 0.5, 3), rng.normal(0, 0.4)
-        expected = rotation((0, 0, turn)) @ rotation(angles)
-        np.testing.assert_allclose(rotation(rotated_in_picture(angles, turn)), expected, atol=1e-9)
-
-
-def record(**aus):
-    return {
-        "aus": dict.fromkeys(CONTROL_NAMES, 0.0) | aus,
-        "head": {"yaw": 90.0, "pitch": -45.0, "roll": 0.0},
-        "landmarks": {name: [i, 2 * i] for i, name in enumerate(LANDMARKS)},
-        "index": 3,
-    }
-
-
-def test_records_become_targets():
-    targets = encode([record(smile=7.0, sneer=0.5, grimace_left=3.0)], DETECTED, LANDMARKS)
-    column = {name: k for k, name in enumerate(DETECTED)}
-    assert targets.active[0, column["smile"]] == 1
-    assert targets.intensity[0, column["smile"]] == FULL
-    assert np.isnan(targets.active[0, column["sneer"]])
-    assert targets.active[0, column["grimace_left"]] == 1
-    assert targets.active[0, column["grimace"]] == 0
-    np.testing.assert_allclose(targets.angles[0], [np.pi / 2, -np.pi / 4, 0], atol=1e-6)
-    assert targets.landmarks[0, 5].tolist() == [5, 10]
-
-
-def test_a_record_that_lacks_something_is_named():
-    broken = record()
-    del broken["aus"]["smile"]
-    with pytest.raises(ValueError, match="Drawing 3 .*'smile'"):
-        encode([broken], DETECTED, LANDMARKS)

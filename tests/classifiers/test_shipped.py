@@ -13,12 +13,13 @@ from scipy import ndimage
 
 from addon.drawing import load_drawing
 from classifiers import load_detector
-from classifiers.evaluate import DetectorReader, evaluate
-from classifiers.labels import encode
-from classifiers.metrics import auc
-from classifiers.negatives import faceless
 from classifiers.preprocess import as_page
-from classifiers.shards import DataSet
+from classifiers.training.evaluate import evaluate
+from classifiers.training.metrics import auc
+from classifiers.training.negatives import faceless
+from classifiers.training.readings import DetectorReader
+from classifiers.training.shards import DataSet
+from classifiers.training.targets import encode
 from dataset_gen.generate import make_sample
 from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
 

@@ -43,9 +43,9 @@ CORNER = "mouth_corner_left"
 
 def idle() -> bool:
     """Whether the add-on's work is over."""
-    from sketch_to_face.state.session import session
+    import sketch_to_face.work as work
 
-    return session.doing is None
+    return work.now is None
 
 
 def pressed(desk: Desk, command: str, done=idle):
@@ -67,7 +67,7 @@ def show(desk: Desk, name: str):
 
 def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
     """Window pixels of a point of the overlay's plane."""
-    from sketch_to_face.viewport import overlay
+    import sketch_to_face.overlay as overlay
 
     region = desk.region("WINDOW")
     seen = location_3d_to_region_2d(
@@ -78,10 +78,9 @@ def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
 
 def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     """Press Drag Pins, take the corner of the mouth with the mouse, put it lower, Enter."""
-    from sketch_to_face.state.session import session
-    from sketch_to_face.viewport import overlay
+    import sketch_to_face.overlay as overlay
 
-    yield from pressed(desk, PINS, lambda: session.show_points)
+    yield from pressed(desk, PINS, lambda: overlay.show_points)
     yield from until(lambda: len(overlay.look(bpy.context, face).landmarks), "points")
     spots = overlay.points_of(face, overlay.look(bpy.context, face))
     x, y = on_screen(desk, face, spots[CORNER])
@@ -89,7 +88,7 @@ def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     yield FRAME
     desk.move(x, y)
     yield FRAME * 2
-    assert session.held_point == CORNER, f"the mouse is on {session.held_point}, not on {CORNER}"
+    assert overlay.held == CORNER, f"the mouse is on {overlay.held}, not on {CORNER}"
     desk.window.event_simulate(type="LEFTMOUSE", value="PRESS", x=int(x), y=int(y))
     for step in range(1, 6):
         yield 0.05
@@ -171,9 +170,9 @@ def session(options, result: dict):
 
 def drawing() -> bool:
     """Whether the overlay still looks for lines."""
-    from sketch_to_face.state.session import session
+    import sketch_to_face.overlay as overlay
 
-    return any(shown.task is not None for shown in session.face_lines.values())
+    return any(shown.errand is not None for shown in overlay._shown.values())
 
 
 def live(desk: Desk, options, result: dict):

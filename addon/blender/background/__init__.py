@@ -1,1 +1,0 @@
-"""What goes on while the artist looks on: tasks in slices and threads, fits, live faces."""

@@ -1,1 +1,0 @@
-"""What the artist reads: reports and the log, and all of it in the artist's language."""

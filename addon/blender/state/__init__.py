@@ -1,1 +1,0 @@
-"""What is kept: in preferences, in the scene, in faces; and what it means."""

@@ -1,0 +1,389 @@
+"""From a generated drawing to something a person might have put on paper: online, numpy and PIL.
+
+One call makes one training example: turn and bend the page, wear off lines, let an artist add hair,
+glasses, a collar …, crop it as the first or the second look of the detector would, spoil the paper,
+mirror it. The labels follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from PIL import Image
+
+from ..labels import mirror_order
+from ..preprocess import Crop, area_resample, bounding_landmarks, even_ink, face_box, ink_box
+from . import scribbles
+from .negatives import faceless
+from .scribbles import Frame, Pen
+from .targets import Targets, rotated_in_picture
+
+Ink = NDArray[np.uint8]
+Floats = NDArray[np.float32]
+
+NEAR, MID, FAR, NO_FACE = 0, 1, 2, 3
+SHARES = (0.74, 0.08, 0.10, 0.08)  # of examples: third look, second look, first look, no face
+PAD = 32  # px of paper added around a drawing, for hair that reaches over its edge
+MOST_FACES = 4  # on one page
+CROWDS = 0.35  # of first looks, those with more than one face
+SMALLEST = 0.2  # a face's box as a share of the page that is looked at first
+CUT = 0.08  # of pages, those whose edge cuts the face
+AS_DRAWN = 0.3  # of pages, those to which nothing is done: the generator has styles of its own
+
+
+@dataclass(frozen=True)
+class Example:
+    """What the networks see and should answer; with no face all but `ink` and `kind` is idle.
+
+    ink : (size, size) float32     landmarks : (m, 2) in crop units      angles : radians
+    boxes : (MOST_FACES, 3) of each face's box u, v of the middle and the side, crop units, or nan
+    """
+
+    ink: Floats
+    kind: int
+    active: Floats
+    intensity: Floats
+    angles: Floats
+    landmarks: Floats
+    boxes: Floats
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names behind the columns of the targets, and what depends on them alone."""
+
+    aus: tuple[str, ...]
+    landmarks: tuple[str, ...]
+    au_mirror: NDArray[np.intp]
+    landmark_mirror: NDArray[np.intp]
+    bounding: NDArray[np.intp]
+    folded: NDArray[np.intp]  # the units that deepen the nasolabial folds
+
+    @classmethod
+    def of(cls, aus: Sequence[str], landmarks: Sequence[str]) -> Names:
+        bounding = [list(landmarks).index(name) for name in bounding_landmarks(landmarks)]
+        folded = [
+            i for i, name in enumerate(aus) if name in ("smile", "sneer", "nasolabial_deepen")
+        ]
+        return cls(
+            tuple(aus),
+            tuple(landmarks),
+            mirror_order(aus),
+            mirror_order(landmarks),
+            np.array(bounding, np.intp),
+            np.array(folded, np.intp),
+        )
+
+
+def turned_and_bent(ink: Ink, points: NDArray, rng: Generator) -> tuple[Ink, NDArray, float]:
+    """A page (h, w) turned about its middle by some degrees and bent like a loose drawing.
+
+    Returns the page, the points (m, 2) px moved along, and the turn in radians, clockwise.
+    """
+    height, width = ink.shape
+    turn = float(np.radians(np.clip(rng.normal(0, 5), -14, 14)))
+    cells = int(rng.integers(3, 7))
+    bend = rng.normal(0, rng.uniform(0, 0.007) * height, (cells + 1, cells + 1, 2))
+    u = np.linspace(0, width, cells + 1).round()
+    v = np.linspace(0, height, cells + 1).round()
+    centre = np.array([width / 2, height / 2])
+    c, s = np.cos(turn), np.sin(turn)
+    back = np.array([[c, s], [-s, c]])  # from the new page to the old one
+    grid = np.stack(np.meshgrid(u, v), axis=-1)
+    source = (grid - centre) @ back.T + centre + bend
+    quads = []
+    for i in range(cells):
+        for j in range(cells):
+            corner = source[i, j], source[i + 1, j], source[i + 1, j + 1], source[i, j + 1]
+            box = (int(u[j]), int(v[i]), int(u[j + 1]), int(v[i + 1]))
+            quads.append((box, tuple(np.concatenate(corner))))
+    image = Image.fromarray(ink).transform(
+        (width, height), Image.Transform.MESH, quads, Image.Resampling.BILINEAR
+    )
+    moved = (points - centre) @ back + centre
+    # Where the bend is b, the new page shows the old page's point p + R b: undo it, once is enough.
+    shift = _bilinear(bend, moved[:, 0] / width * cells, moved[:, 1] / height * cells)
+    return np.array(image), moved - shift @ back, turn
+
+
+def _bilinear(grid: NDArray, u: NDArray, v: NDArray) -> NDArray:
+    j = np.clip(u.astype(int), 0, grid.shape[1] - 2)
+    i = np.clip(v.astype(int), 0, grid.shape[0] - 2)
+    a, b = np.clip(u - j, 0, 1)[:, None], np.clip(v - i, 0, 1)[:, None]
+    return (
+        grid[i, j] * (1 - a) * (1 - b)
+        + grid[i, j + 1] * a * (1 - b)
+        + grid[i + 1, j] * (1 - a) * b
+        + grid[i + 1, j + 1] * a * b
+    )
+
+
+def thicker(ink: Ink) -> Ink:
+    """Lines one pixel thicker, to the right and downwards."""
+    out = ink.copy()
+    np.maximum(out[:, 1:], ink[:, :-1], out=out[:, 1:])
+    np.maximum(out[1:], out[:-1].copy(), out=out[1:])
+    return out
+
+
+def thinner(ink: Ink) -> Ink:
+    """Lines one pixel thinner; as they are if that would cost most of them."""
+    out = ink.copy()
+    np.minimum(out[:, 1:], ink[:, :-1], out=out[:, 1:])
+    np.minimum(out[1:], out[:-1].copy(), out=out[1:])
+    return out if out.sum(dtype=np.int64) > 0.3 * ink.sum(dtype=np.int64) else ink
+
+
+def worn(ink: Ink, rng: Generator) -> Ink:
+    """Line weight changed, lines interrupted, small patches erased."""
+    chance = rng.random(5)
+    size = (ink.shape[1], ink.shape[0])
+    if chance[0] < 0.15:
+        ink = thicker(ink)
+    elif chance[0] < 0.5:
+        ink = thinner(ink)
+    if chance[1] < 0.25:  # interruptions: small holes all over the page
+        cells = int(rng.integers(40, 110))
+        kept = (rng.random((cells, cells)) > rng.uniform(0.01, 0.08)).astype(np.uint8)
+        holes = Image.fromarray(kept * 255).resize(size, Image.Resampling.NEAREST)
+        ink = ink & np.array(holes)
+    if chance[2] < 0.3:  # light and heavy pressure
+        pressure = Image.fromarray(rng.integers(60, 256, (4, 4), np.uint8))
+        factor = np.array(pressure.resize(size, Image.Resampling.BICUBIC))
+        ink = (ink * (factor / np.float32(255))).astype(np.uint8)
+    if chance[3] < 0.25:
+        ink = ink.copy()
+        for _ in range(int(rng.integers(1, 5))):
+            v, u = (int(rng.integers(0, n)) for n in ink.shape)
+            h, w = rng.integers(3, 14, 2)
+            ink[v : v + h, u : u + w] = 0
+    if chance[4] < 0.2:  # scanned in black and white
+        ink = ((ink > rng.integers(50, 150)) * np.uint8(255)).astype(np.uint8)
+    return ink
+
+
+def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generator) -> Ink:
+    """What an artist might add; `folds`: the expression deepens the nasolabial folds."""
+    image = Image.fromarray(ink)
+    pen = Pen(image, Frame.of(points, names.landmarks))
+    chance = rng.random(8)
+    if chance[6] < 0.3:
+        scribbles.features(pen, rng)
+    if folds and chance[0] < 0.3:
+        scribbles.cheek_folds(pen, rng, int(rng.integers(1, 5)))
+    elif chance[0] < 0.3:  # older faces have them at rest
+        scribbles.cheek_folds(pen, rng, int(rng.integers(1, 3)))
+    if chance[1] < 0.07:
+        scribbles.beard(pen, rng)
+    if chance[2] < 0.2:
+        scribbles.hatching(pen, rng)
+        if chance[2] < 0.06:
+            scribbles.hatching(pen, rng)
+    if chance[3] < 0.3:
+        scribbles.shoulders(pen, rng)
+    if chance[4] < 0.08:
+        scribbles.glasses(pen, rng)
+    if chance[5] < 0.6:
+        scribbles.hair(Pen(image, pen.frame.skull()), rng)
+    return np.array(image)
+
+
+def jittered(points: NDArray, spread: float, rng: Generator) -> Crop:
+    """The face's box, as far off as the look before may be (`spread` 1: landmarks), stretched."""
+    box = face_box(points)
+    stretch = float(np.exp(rng.uniform(-0.12, 0.12) / 2))
+    scale = float(np.exp(rng.normal(0.03 * spread, 0.07 * spread)))
+    width, height = box.width * scale * stretch, box.height * scale / stretch
+    centre_u = box.left + box.width * (0.5 + rng.normal(0, 0.03 * spread))
+    centre_v = box.top + box.height * (0.5 + rng.normal(0, 0.03 * spread))
+    return Crop(centre_u - width / 2, centre_v - height / 2, width, height)
+
+
+def first_look(ink: Ink, points: NDArray, rng: Generator) -> Crop:
+    """The box of all ink, or a rectangle in which the face takes a smaller part, somewhere."""
+    box = face_box(points)
+    if rng.random() < 0.4:
+        around = ink_box(ink.astype(np.float32))
+        if around.width > 0.8 * box.width:
+            return around
+    side = box.width / float(np.exp(rng.uniform(np.log(SMALLEST), 0)))
+    stretch = float(np.exp(rng.uniform(-0.12, 0.12) / 2))
+    width, height = side * stretch, side / stretch
+    offset = np.array([width, height]) * rng.uniform(0, 1, 2) - box.width / 2
+    offset = np.clip(offset, -0.15 * box.width, np.array([width, height]) - 0.85 * box.width)
+    return Crop(box.left - offset[0], box.top - offset[1], width, height)
+
+
+def crowd(
+    ink: Ink, box: Crop, another: Callable[[], tuple[Ink, NDArray]], rng: Generator
+) -> tuple[Ink, NDArray, list[Crop]]:
+    """Other, smaller faces beside that of a page: the larger page, the shift (2,), their boxes.
+
+    box : of the face on the page;  another : a drawing (h, w), 255 = paper, and the points (m, 2)
+    that bound its face
+    """
+    height, width = ink.shape
+    large = int(height * rng.uniform(1.0, 1.9)), int(width * rng.uniform(1.3, 2.2))
+    page = np.zeros(large, np.uint8)
+    shift = (rng.uniform(0, 1, 2) * (page.shape[1] - width, page.shape[0] - height)).astype(int)
+    page[shift[1] : shift[1] + height, shift[0] : shift[0] + width] = ink
+    taken = [Crop(box.left + shift[0], box.top + shift[1], box.width, box.height)]
+    for _ in range(int(rng.integers(1, MOST_FACES))):
+        drawing, points = another()
+        own = face_box(points)
+        scale = rng.uniform(0.35, 0.9) * box.width / own.width
+        size = max(int(drawing.shape[1] * scale), 8), max(int(drawing.shape[0] * scale), 8)
+        resized = Image.fromarray(drawing).resize(size, Image.Resampling.BOX)
+        small = np.uint8(255) - np.array(resized, np.uint8)
+        for _ in range(8):  # places until one keeps clear of the faces that are there
+            u, v = (rng.uniform(-0.2, 1, 2) * page.shape[::-1]).astype(int)
+            there = Crop(own.left * scale + u, own.top * scale + v, *(own.width * scale,) * 2)
+            inside = there.within(page.shape)
+            if inside and all(there.apart(other) for other in taken):
+                lay_on(page, small, u, v)
+                taken.append(there)
+                break
+    return page, shift, taken[1:]
+
+
+def lay_on(page: Ink, ink: Ink, left: int, top: int) -> None:
+    """Draw ink (h, w) on a page at a place that may reach over its edges."""
+    height, width = ink.shape
+    u, v = max(left, 0), max(top, 0)
+    right, bottom = min(left + width, page.shape[1]), min(top + height, page.shape[0])
+    if right > u and bottom > v:
+        part = page[v:bottom, u:right]
+        np.maximum(part, ink[v - top : bottom - top, u - left : right - left], out=part)
+
+
+def cut_off(ink: Floats, rng: Generator) -> Floats:
+    """A drawing that runs off the paper: nothing on one side of it (s, s)."""
+    side = int(rng.integers(4))
+    ink = np.rot90(ink, side).copy()
+    ink[: int(rng.uniform(0.05, 0.3) * len(ink))] = 0
+    return np.rot90(ink, -side)
+
+
+def spoiled(ink: Floats, rng: Generator) -> Floats:
+    """The paper: blur, grain, tone, specks. ink (s, s) 0..1 -> the same."""
+    chance = rng.random(5)
+    if chance[0] < 0.25:
+        for _ in range(1 if chance[0] < 0.18 else 2):
+            padded = np.pad(ink, 1)
+            rows = padded[:-2] + 2 * padded[1:-1] + padded[2:]
+            ink = (rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]) / np.float32(16)
+    if chance[1] < 0.3:
+        ink = np.power(ink, np.float32(rng.uniform(0.6, 1.6)))
+    if chance[2] < 0.2:
+        grain = rng.standard_normal(ink.shape, np.float32)
+        ink = ink + grain * np.float32(rng.uniform(0.01, 0.05))
+    if chance[3] < 0.15:
+        slope = np.linspace(-1, 1, ink.shape[0], dtype=np.float32)
+        tone = rng.normal(0, 0.03, 3)
+        ink = ink + np.float32(abs(tone[0])) + np.float32(tone[1]) * slope
+        ink = ink + (np.float32(tone[2]) * slope)[:, None]
+    if chance[4] < 0.1:
+        v, u = rng.integers(0, ink.shape[0], (2, int(rng.integers(1, 40))))
+        ink = ink.copy()
+        ink[v, u] = rng.random(len(u), np.float32)
+    return np.clip(ink, 0, 1)
+
+
+def mirrored(example: Example, names: Names) -> Example:
+    """The same in a mirror: left and right exchanged everywhere. Twice is the identity."""
+    landmarks = example.landmarks[names.landmark_mirror] * (-1, 1) + (1, 0)
+    boxes = example.boxes * (-1, 1, 1) + (1, 0, 0)
+    return Example(
+        np.ascontiguousarray(example.ink[:, ::-1]),
+        example.kind,
+        example.active[names.au_mirror],
+        example.intensity[names.au_mirror],
+        (example.angles * (-1, 1, -1)).astype(np.float32),
+        landmarks.astype(np.float32),
+        boxes.astype(np.float32),
+    )
+
+
+def artistic_page(
+    drawing: Ink, points: NDArray, folds: bool, names: Names, rng: Generator
+) -> tuple[Ink, NDArray, float]:
+    """A drawing as an artist's page: ink (h + 2 PAD, w + 2 PAD) uint8, its points, the turn (rad).
+
+    drawing : (h, w) uint8, 255 = paper;  points : (m, 2) px.
+    """
+    ink = np.pad(255 - drawing, PAD)
+    points = points + PAD
+    turn = 0.0
+    if rng.random() < AS_DRAWN:
+        return ink, points, turn
+    if rng.random() < 0.5:
+        ink, points, turn = turned_and_bent(ink, points, rng)
+    ink = worn(ink, rng)
+    return decorated(ink, points, names, folds, rng), points, turn
+
+
+def example(
+    drawing: Ink,
+    targets: Targets,
+    row: int,
+    names: Names,
+    size: int,
+    rng: Generator,
+    kind: int | None = None,
+    another: Callable[[Generator], tuple[Ink, NDArray]] | None = None,
+) -> Example:
+    """One training example from drawing (h, w) uint8, 255 = paper, and row `row` of the targets.
+
+    kind : NEAR, MID, FAR or NO_FACE; drawn by SHARES if not given.
+    another : some other drawing and its landmarks, for pages with several faces
+    """
+    if kind is None:
+        kind = int(rng.choice(4, p=SHARES))
+    active, intensity, angles = targets.active[row], targets.intensity[row], targets.angles[row]
+    points = targets.landmarks[row]
+    boxes = np.full((MOST_FACES, 3), np.nan)
+    if kind == NO_FACE:
+        ink = worn(faceless(rng, np.uint8(255) - drawing), rng)
+        crop = (
+            ink_box(ink.astype(np.float32))
+            if rng.random() < 0.6
+            else Crop.square(
+                rng.uniform(0.3, 0.7, 2) * ink.shape[0], ink.shape[0] * rng.uniform(0.4, 1.2)
+            )
+        )
+    else:
+        folds = bool(np.any(intensity[names.folded] >= 1.5))
+        ink, page_points, turn = artistic_page(drawing, points, folds, names, rng)
+        bounds = page_points[names.bounding]
+        others: list[Crop] = []
+        if kind == FAR and another and rng.random() < CROWDS:
+
+            def stranger() -> tuple[Ink, NDArray]:
+                picture, places = another(rng)
+                return picture, places[names.bounding]
+
+            ink, shift, others = crowd(ink, face_box(bounds), stranger, rng)
+            bounds, page_points = bounds + shift, page_points + shift
+            crop = ink_box(ink.astype(np.float32))
+        elif kind == FAR:
+            crop = first_look(ink, bounds, rng)
+        else:
+            crop = jittered(bounds, 1.0 if kind == NEAR else 2.5, rng)
+        points = crop.to_crop(page_points).astype(np.float32)
+        for k, box in enumerate([face_box(bounds), *others]):
+            middle = crop.to_crop(np.array([box.left + box.width / 2, box.top + box.height / 2]))
+            boxes[k] = *middle, box.width / np.sqrt(crop.width * crop.height)
+        if turn:
+            angles = np.array(rotated_in_picture(angles, turn), np.float32)
+    small = area_resample(ink, crop, size) / np.float32(255)
+    if rng.random() < CUT:
+        small = cut_off(small, rng)
+    if rng.random() > AS_DRAWN:
+        small = spoiled(small, rng)
+    small = even_ink(small)
+    made = Example(small, kind, active, intensity, angles, points, boxes.astype(np.float32))
+    return mirrored(made, names) if rng.random() < 0.5 else made

@@ -1,0 +1,48 @@
+"""From logits to decisions: what the exported networks need beside their weights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..detector import Reading
+from . import metrics
+from .targets import Targets
+
+# A unit is called active where what is seen is so many times as likely with it as without. 1 gives
+# the highest balanced accuracy, and a face full of actions that nobody drew; 3 has a third of those
+# false alarms, for one or two points of balanced accuracy. See docs/detectors.md.
+EVIDENCE = 3.0
+# But never where it is clearly less likely than not: of a rare action that is hard to see, three
+# times a little is little, and a face wears whatever is called active.
+LEAST = 0.3
+
+
+def calibrate(
+    aus: Sequence[str], readings: Sequence[Reading], targets: Targets, faceless_logits: NDArray
+) -> dict[str, Any]:
+    """What makes probabilities and decisions of the units' logits, and a probability of the face's.
+
+    The probability of a unit is sigmoid(logit / temperature + offset), from `metrics.platt`, and
+    its threshold follows from `EVIDENCE` and `LEAST`; that of a face is sigmoid(logit /
+    temperature).
+    """
+    logits = np.array([reading.logits for reading in readings])
+    fits = {name: metrics.platt(targets.active[:, k], logits[:, k]) for k, name in enumerate(aus)}
+    faces = np.array([reading.face for reading in readings])
+    truth = np.concatenate([np.ones(len(faces)), np.zeros(len(faceless_logits))])
+    face_temperature = metrics.best_temperature(truth, np.concatenate([faces, faceless_logits]))
+    return {
+        "temperatures": {name: temperature for name, (temperature, _) in fits.items()},
+        "offsets": {name: offset for name, (_, offset) in fits.items()},
+        "thresholds": {
+            name: max(LEAST, metrics.threshold(targets.active[:, k], EVIDENCE))
+            for k, name in enumerate(aus)
+        },
+        "evidence": EVIDENCE,
+        "least": LEAST,
+        "face_temperature": max(face_temperature, 0.5),
+    }

@@ -1,0 +1,162 @@
+"""What every kind of training shares: its configuration, its batches, its checkpoints."""
+
+from __future__ import annotations
+
+import logging
+import math
+import pickle
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from facs_rig.common.files import Outputs
+
+from . import shards
+from .augment import NEAR, Names, example
+from .targets import Targets
+
+if TYPE_CHECKING:
+    from .network import Networks
+
+log = logging.getLogger("classifiers.training")
+CHECKPOINT = "checkpoint.pt"
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything that makes a run; it travels with the checkpoint."""
+
+    size: int = 160
+    batch: int = 32
+    minutes: float = 90.0
+    steps: int = 0  # stop after so many steps even if there is time left; 0: never
+    rate: float = 2e-3  # AdamW's highest learning rate, for the heads
+    trunk_rate: float = 0.6  # of that, for the pretrained trunk
+    decay: float = 1e-2
+    warm_up: float = 0.03  # share of the budget in which the rate rises
+    settle: float = 0.2  # share after which the parts named in `settle` stay as they are (faster)
+    settled_blocks: int = 3  # of the trunk, from the page on
+    mid_weight: float = 0.3  # how much the units count in crops that are not yet close
+    unseen: str = "brush"  # looks that are never trained on, with commas; "" to train on all
+    imagenet: bool = True
+    seed: int = 1
+    threads: int = 2
+    workers: int = 1
+    checkpoint_minutes: float = 3.0
+
+
+class Batches:
+    """Batch n of the endless stream of training examples; a map-style data set for a DataLoader."""
+
+    def __init__(self, data: shards.DataSet, targets: Targets, rows, names: Names, config: Config):
+        self.data, self.targets, self.names, self.config = data, targets, names, config
+        self.rows = np.asarray(rows)
+        self._orders: dict[int, np.ndarray] = {}
+
+    def order(self, epoch: int) -> np.ndarray:
+        """The drawings in the order of an epoch: every one once."""
+        if epoch not in self._orders:
+            self._orders = {e: o for e, o in self._orders.items() if e == epoch - 1}
+            self._orders[epoch] = np.random.default_rng((self.config.seed, epoch)).permutation(
+                self.rows
+            )
+        return self._orders[epoch]
+
+    def __len__(self) -> int:
+        return 1 << 40
+
+    def another(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Some drawing and its landmarks, to stand beside another on a page."""
+        row = int(rng.choice(self.rows))
+        return self.data.drawings[row], self.targets.landmarks[row]
+
+    def __getitem__(self, step: int) -> dict[str, np.ndarray]:
+        size, seed = self.config.batch, self.config.seed
+        epoch, place = divmod(step * size, len(self.rows))
+        order = self.order(epoch)[place:]
+        while len(order) < size:  # a batch may reach into the next epochs
+            epoch += 1
+            order = np.concatenate([order, self.order(epoch)])
+        rng = np.random.default_rng((seed, 0x5E7, step))
+        return collate(
+            [
+                example(
+                    self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
+                    another=self.another,
+                )
+                for i in order[:size]
+            ]
+        )  # fmt: skip
+
+
+def collate(examples: Sequence) -> dict[str, np.ndarray]:
+    """Arrays (b, ...) by the names of an Example's fields."""
+    names = ("ink", "kind", "active", "intensity", "angles", "landmarks", "boxes")
+    return {name: np.stack([getattr(e, name) for e in examples]) for name in names}
+
+
+def validation_batch(
+    data: shards.DataSet, targets: Targets, rows, names: Names, size: int, limit: int = 400
+) -> dict[str, np.ndarray]:
+    """Second looks at held-out drawings, drawn over like those of training, always the same."""
+    return collate(
+        [
+            example(
+                data.drawings[i], targets, i, names, size, np.random.default_rng((7, int(i))), NEAR
+            )
+            for i in rows[:limit]
+        ]
+    )
+
+
+def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers of the drawings to train on, and of those that are held out.
+
+    Raises ValueError if there is none to train on.
+    """
+    held_out = data.held_out()
+    unseen = {look for look in config.unseen.split(",") if look}
+    strange = np.array([r.get("style", {}).get("look") in unseen for r in data.records])
+    rows, kept = np.flatnonzero(~held_out & ~strange), np.flatnonzero(held_out)
+    if not len(rows):
+        raise ValueError("The data set holds no drawing to train on: generate more.")
+    return rows, kept
+
+
+def rate_at(progress: float, config: Config) -> float:
+    """Share of the highest learning rate: a short rise, then half a cosine to zero."""
+    if progress < config.warm_up:
+        return max(progress / config.warm_up, 0.02)
+    done = min((progress - config.warm_up) / (1 - config.warm_up), 1.0)
+    return 0.5 * (1 + math.cos(math.pi * done)) + 1e-3
+
+
+def save(path: Path, state: dict[str, Any]) -> None:
+    """Write a checkpoint whole or not at all."""
+    import torch
+
+    with Outputs() as outputs:
+        torch.save(state, outputs.beside(path))
+
+
+def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
+    """The networks of a checkpoint, ready to answer, and its other entries.
+
+    Raises ValueError if it is none.
+    """
+    import torch
+
+    from .network import Networks
+
+    try:
+        saved = torch.load(checkpoint, map_location="cpu", weights_only=True)
+    except (OSError, RuntimeError, pickle.UnpicklingError):
+        raise ValueError(
+            f"{checkpoint} cannot be read: name a checkpoint.pt of a training."
+        ) from None
+    networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"])
+    networks.load_state_dict(saved["networks"])
+    return networks.eval(), saved

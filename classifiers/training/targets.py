@@ -1,0 +1,78 @@
+"""What the networks are to answer: from the parameters in a shard's JSON to arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..labels import ACTIVE, FULL, resolve_sides
+
+
+def rotated_in_picture(angles: Sequence[float], turn: float) -> tuple[float, float, float]:
+    """Yaw, pitch, roll (radians) after the picture has been turned clockwise by `turn` radians.
+
+    The head's rotation is R = Y(yaw) X(pitch) Z(roll) as in facs_rig; turning the picture puts a
+    rotation about the line of sight before it, and the three angles are read off the product.
+    """
+    yaw, pitch, roll = angles
+    cy, sy, cp, sp, cr, sr = (f(a) for a in (yaw, pitch, roll) for f in (np.cos, np.sin))
+    # Third column and second row of R are all that the angles are read from, and the turn needs
+    # the first two entries of each column it mixes.
+    first = np.array([cy * cr - sy * sp * sr, cy * sr + sy * sp * cr, sy * cp])
+    second = np.array([-cp * sr, cp * cr, -sp])
+    c, s = np.cos(turn), np.sin(turn)
+    first, second = c * first + s * second, -s * first + c * second
+    third_z = cy * cp
+    return (
+        float(np.arctan2(first[2], third_z)),
+        float(np.arcsin(np.clip(-second[2], -1, 1))),
+        float(np.arctan2(-second[0], second[1])),
+    )
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Labels of n drawings.
+
+    active : (n, k) float32, 1 yes, 0 no, nan neither (intensity between 0 and 1)
+    intensity : (n, k) float32, 0..5      angles : (n, 3) float32, yaw, pitch, roll in radians
+    landmarks : (n, m, 2) float32, pixels of the drawing
+    """
+
+    active: NDArray[np.float32]
+    intensity: NDArray[np.float32]
+    angles: NDArray[np.float32]
+    landmarks: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.angles)
+
+    def take(self, index: NDArray) -> Targets:
+        return Targets(
+            self.active[index], self.intensity[index], self.angles[index], self.landmarks[index]
+        )
+
+
+def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[str]) -> Targets:
+    """Targets from the shards' JSON records; raises ValueError naming what a record lacks."""
+    intensity = np.zeros((len(records), len(aus)), np.float32)
+    angles = np.zeros((len(records), 3), np.float32)
+    points = np.zeros((len(records), len(landmarks), 2), np.float32)
+    for i, record in enumerate(records):
+        try:
+            values = resolve_sides(record["aus"])
+            intensity[i] = [values[name] for name in aus]
+            angles[i] = [record["head"][name] for name in ("yaw", "pitch", "roll")]
+            points[i] = [record["landmarks"][name] for name in landmarks]
+        except KeyError as error:
+            raise ValueError(
+                f"Drawing {record.get('index', i)} of the data set has no entry {error}:"
+                " generate it again with this version."
+            ) from None
+    active = np.where(intensity >= ACTIVE, 1, np.where(intensity > 0, np.nan, 0))
+    return Targets(
+        active.astype(np.float32), np.clip(intensity, 0, FULL), np.radians(angles), points
+    )
