@@ -203,7 +203,7 @@ def installed(recipe: Recipe) -> dict[str, str | None]:
         told["numba"] = None
     digest = hashlib.sha256()
     for package in (Path(__file__).parent, Path(facs_rig.__file__).parent):
-        for path in sorted([*package.glob("*.py"), *package.glob("data/*.npz")]):
+        for path in sorted([*package.rglob("*.py"), *package.glob("data/*.npz")]):
             data = path.read_bytes()
             digest.update(data.replace(b"\r\n", b"\n") if path.suffix == ".py" else data)
     told["sketch-to-face"] = f"{told['sketch-to-face'] or ''} ({digest.hexdigest()[:8]})".strip()
