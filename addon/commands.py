@@ -240,9 +240,10 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     parser.add_argument(
         "--engine",
-        choices=("contours", "freestyle"),
+        choices=("contours", "conventions", "freestyle"),
         default="contours",
-        help="what draws the lines: our own contours, or Blender's Freestyle (needs bpy)",
+        help="what draws the lines: our own contours, conventions (features as people draw them, "
+        "by artists drawn by lot), or Blender's Freestyle (needs bpy)",
     )
     parser.add_argument(
         "--scheme",

@@ -82,7 +82,8 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--count", type=int, required=True, help="how many samples")
     out.add_argument("--out", metavar="DIR", required=True, help="folder of the shards")
     out.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
-    out.add_argument("--engine", default="freestyle", help="freestyle (default) or contours")
+    engines = "freestyle (default), contours or conventions"
+    out.add_argument("--engine", default="freestyle", help=engines)
     out.add_argument("--scheme", default="sparse", help="how faces are sampled (default sparse)")
     out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     out.add_argument("--resume", action="store_true", help="go on with an interrupted run")

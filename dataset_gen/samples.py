@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig import CONTROL_NAMES, LANDMARKS, load_rig
+from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceRig, load_rig
 
+from .conventions import draw_by_convention, sample_artist, zoomed
 from .linework.lines import KINDS, draw_strokes
 from .linework.marks import stroke_lists
 from .linework.paper import through
-from .page import draw_page
-from .sampling import SCHEMES, sample_face, sample_rng
+from .linework.strokes import Stroke
+from .linework.style import Style
+from .page import Page, draw_page
+from .sampling import SCHEMES, Sample, sample_face, sample_rng
 
 SIZE = 256
-ENGINES = ("contours", "freestyle")
+ENGINES = ("contours", "conventions", "freestyle")
 STROKE_STEP = 3.0  # pixels between the stored points of a stroke
 
 
@@ -51,6 +55,17 @@ class Recipe:
         _engine(self.engine)
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """What an engine makes of a face: its lines in pixels of the camera, and what it tells."""
+
+    lines: list[Stroke]
+    camera: Camera
+    style: Style
+    kinds: tuple[str, ...]
+    told: dict
+
+
 def make_sample(
     seed: int,
     index: int,
@@ -66,13 +81,12 @@ def make_sample(
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
-    draw, drawable, told = _engine(engine)
+    draw, drawable = _engine(engine)
     sample = sample_face(rig, rng, size, scheme, drawable)
-    camera, style = sample.camera, sample.style
     vertices = rig.pose(sample.parameters)
-    lines = draw(rig, vertices, camera, sample.detail, style.layers, sample.kinds)
-    page = draw_page(lines, rig, vertices, camera, style, rng)
-    places = through(page.matrix, camera.project(vertices[rig.landmarks]))
+    drawn = draw(rig, vertices, sample, np.random.default_rng([seed, index, 1]))
+    camera, style = drawn.camera, drawn.style
+    page = draw_page(drawn.lines, rig, vertices, camera, style, rng)
     parameters = sample.parameters.to_json()
     meta = {
         **parameters,
@@ -87,29 +101,66 @@ def make_sample(
         "page": page.matrix.round(9).tolist(),
         "seed": seed,
         "index": index,
-        **told,
+        "engine": engine,
+        **drawn.told,
         "scheme": scheme,
         "detail": sample.detail,
-        "kinds": list(sample.kinds),
+        "kinds": list(drawn.kinds),
         "style": style.to_json(),
-        "landmarks": {
-            name: [round(float(u), 2), round(float(v), 2)]
-            for name, (u, v) in zip(LANDMARKS, places, strict=True)
-        },
+        "landmarks": _named(page, camera.project(vertices[rig.landmarks])),
     }
+    if "drawn_landmarks" in meta:
+        meta["drawn_landmarks"] = _named(page, meta["drawn_landmarks"])
     if strokes:
         meta["strokes"] = stroke_lists(page.strokes, step=STROKE_STEP)
     return page.picture, meta
 
 
-def _engine(name: str) -> tuple[Callable, tuple[str, ...], dict[str, str]]:
-    """What draws, the kinds of lines it knows, and what a sample tells of it.
+def _named(page: Page, places: NDArray) -> dict[str, list[float]]:
+    """Landmark -> pixel of the picture, of pixels (m, 2) of the camera."""
+    return {
+        name: [round(float(u), 2), round(float(v), 2)]
+        for name, (u, v) in zip(LANDMARKS, through(page.matrix, places), strict=True)
+    }
 
-    ValueError if it cannot draw here.
-    """
+
+Draw = Callable[[FaceRig, NDArray, Sample, np.random.Generator], Drawn]
+
+
+def _engine(name: str) -> tuple[Draw, tuple[str, ...]]:
+    """What draws a sample, and the kinds of lines it knows; ValueError if it cannot draw here."""
+    if name == "conventions":
+        return _by_convention, KINDS  # the same faces as by contours
     if name == "freestyle":
         from . import freestyle
 
-        told = {"engine": name, "blender": freestyle.version()}
-        return freestyle.freestyle_strokes, freestyle.DRAWN, told
-    return draw_strokes, KINDS, {"engine": name}
+        told = {"blender": freestyle.version()}
+        return partial(_by_lines, freestyle.freestyle_strokes, told), freestyle.DRAWN
+    return partial(_by_lines, draw_strokes, {}), KINDS
+
+
+def _by_lines(
+    strokes_of: Callable, told: dict, rig: FaceRig, vertices: NDArray, sample: Sample,
+    rng: np.random.Generator,
+) -> Drawn:  # fmt: skip
+    """By the lines of the face's shape."""
+    style = sample.style
+    lines = strokes_of(rig, vertices, sample.camera, sample.detail, style.layers, sample.kinds)
+    return Drawn(lines, sample.camera, style, sample.kinds, told)
+
+
+def _by_convention(
+    rig: FaceRig, vertices: NDArray, sample: Sample, rng: np.random.Generator
+) -> Drawn:
+    """By an artist, drawn by lot from an rng of its own."""
+    artist = sample_artist(rng, sample.parameters.identity)
+    camera, style = zoomed(sample.camera, artist.room), artist.styled(sample.style)
+    lines, places = draw_by_convention(
+        rig, vertices, camera, sample.parameters, artist, style.width, rng
+    )
+    told = {
+        "artist": artist.to_json(),
+        "hidden": list(artist.hidden),
+        "drawn_landmarks": places,
+    }
+    return Drawn(lines, camera, style, tuple(sorted({line.kind for line in lines})), told)

@@ -21,18 +21,25 @@ FLOOR = {"facs_rig.common"}
 FACE = FLOOR | {"facs_rig"}
 LINES = FACE | {"dataset_gen.linework"}
 CORE = LINES | {"dataset_gen", "snakes", "classifiers"}
+APPLICATION = CORE | {"facs_rig.blender", "addon"}
+# The floors of Blender's shell, bottom up.
+FLOORS = ("messages", "state", "background", "viewport", "operators", "panels")
+ROOMS = [f"addon.blender.{floor}" for floor in FLOORS]
 MAY_IMPORT: dict[str, set[str]] = {
     "facs_rig.common": set(),
     "facs_rig": FLOOR,
     "facs_rig.baking": FACE,
     "facs_rig.blender": FACE,
     "dataset_gen.linework": FACE,
-    "dataset_gen": LINES,
+    "dataset_gen.conventions": LINES | {"facs_rig.baking"},  # where creases lie
+    "dataset_gen": LINES | {"dataset_gen.conventions"},
     "snakes": LINES,
     "classifiers": FACE,
     "classifiers.training": LINES | {"dataset_gen", "classifiers"},
     "addon": CORE | {"facs_rig.blender", "classifiers.training"},
     "facs_rig.bake": FACE | {"facs_rig.baking"},
+    **{room: APPLICATION | set(ROOMS[:k]) for k, room in enumerate(ROOMS)},
+    "addon.blender": set(ROOMS),
 }
 
 # The only files that may import Blender's modules, inside functions or not.

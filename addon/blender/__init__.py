@@ -30,11 +30,11 @@ def _forget() -> None:
 
     Blender itself forgets an extension's own modules, but not its wheels, and an add-on's neither.
     """
-    parts = {name.rpartition(".")[2] for name in sys.modules if name.startswith(f"{__name__}.")}
-    for part in parts:
-        globals().pop(part, None)  # `from . import part` would take it from here
-    old = [n for n in sys.modules if n.partition(".")[0] in _CORE or n.startswith(f"{__name__}.")]
+    inside = f"{__name__}."
+    old = [n for n in sys.modules if n.partition(".")[0] in _CORE or n.startswith(inside)]
     for name in old:
+        # `from . import part` would take it from here
+        globals().pop(name.removeprefix(inside), None)
         del sys.modules[name]
     if old:
         # Now, on Blender's own thread: its classes must not be cleared away by a thread of work.
@@ -78,61 +78,33 @@ from . import right_zip  # noqa: E402
 
 _bundled = _find_core()
 
-from . import (  # noqa: E402  (the core must be found first)
-    detect_operators,
-    export_operators,
-    expression_operators,
-    face_operators,
-    face_panel,
-    help_operators,
-    live,
-    memory,
-    operators,
-    overlay,
-    panel,
-    pencil_operators,
-    pin_operators,
-    preferences,
-    presets,
-    properties,
-    reporting,
-    retarget_operators,
-    retarget_panel,
-    sketch_panels,
-    translation,
-)
+from . import operators, panels  # noqa: E402  (the core must be found first)
+from .background import live, tasks  # noqa: E402
+from .messages import reporting, translation  # noqa: E402
+from .state import memory, preferences, properties  # noqa: E402
+from .state.session import session  # noqa: E402
+from .viewport import overlay  # noqa: E402
 
 _MODULES = (
+    reporting,
     translation,
     preferences,
     memory,
     properties,
-    help_operators,
-    operators,
-    pencil_operators,
-    detect_operators,
-    pin_operators,
-    face_operators,
-    expression_operators,
-    export_operators,
-    retarget_operators,
-    presets,
-    panel,
-    sketch_panels,
-    face_panel,
-    retarget_panel,
+    *operators.MODULES,
+    *panels.MODULES,
     overlay,
     live,
+    tasks,
 )
 
-glTF2_pre_export_callback = export_operators.before_gltf  # noqa: N816  (Blender's name for it)
+glTF2_pre_export_callback = operators.export.before_gltf  # noqa: N816  (Blender's name for it)
 
 
 def register() -> None:
     """Add the tab and its operators to Blender: each module's classes, then what else it needs."""
     if _bundled and str(_BUNDLED_CORE) not in sys.path:  # enabled again after unregister
         sys.path.append(str(_BUNDLED_CORE))
-    reporting.register(__package__)
     for module in _MODULES:
         for cls in getattr(module, "CLASSES", ()):
             bpy.utils.register_class(cls)
@@ -147,6 +119,6 @@ def unregister() -> None:
             module.detach()
         for cls in reversed(getattr(module, "CLASSES", ())):
             bpy.utils.unregister_class(cls)
-    reporting.unregister()
+    session.clear()
     if _bundled and str(_BUNDLED_CORE) in sys.path:
         sys.path.remove(str(_BUNDLED_CORE))

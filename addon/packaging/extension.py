@@ -54,7 +54,9 @@ def made_for(platform: str, series: Series, root: Path = ROOT) -> bytes:
 def shell(root: Path = ROOT) -> dict[str, bytes]:
     """The files of the shell, name -> bytes, with the version filled in, without the manifest."""
     numbers = ", ".join(version(root).split("."))
-    files = {p.name: p.read_bytes() for p in sorted((root / "addon" / "blender").glob("*.py"))}
+    folder = root / "addon" / "blender"
+    sources = sorted(folder.rglob("*.py"))
+    files = {p.relative_to(folder).as_posix(): p.read_bytes() for p in sources}
     start = files["__init__.py"].decode()
     start, changed = re.subn(r'("version": )\([\d, ]*\)', rf"\1({numbers})", start)
     if changed != 1:

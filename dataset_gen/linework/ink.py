@@ -39,6 +39,7 @@ MOST_PIXELS = 4_000_000  # looked at in one go; bounds the memory
 # Tone and width of the lines that help to draw, beside the others.
 HATCH = (0.75, 0.75)
 CONSTRUCTION_WIDTH = 0.7
+FILLED = ("pupil", "fill")  # closed strokes that are black within
 
 
 def ink(
@@ -72,7 +73,7 @@ def ink(
         sheet = np.arange(len(strokes)) % len(sheets)
         lay(sheets, points, thick / 2, tone, starts, sheet)
         for k, stroke in enumerate(strokes):
-            if stroke.kind == "pupil" and len(stroke.points) > 8:
+            if stroke.kind in FILLED and len(stroke.points) > 8:
                 _blot(sheets[sheet[k]], stroke.points, style.tone)
         darkness = sheets[0] if opaque else 1 - np.prod(1 - sheets, axis=0)
     return on_paper(grained(darkness, style), style)

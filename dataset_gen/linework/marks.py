@@ -22,8 +22,9 @@ WOBBLE_KNOTS, PRESSURE_KNOTS, GAP = 14.0, 26.0, 7.0  # pixels
 WANDERS, LIES_OFF = 0.46, 0.45
 OVERLAP = 0.16  # of a pull, by which the next one begins earlier
 SHORTER = 0.12  # of a line, most that a second pass leaves out at each end
-# Drawn in one go and once: a blot, hairs, and the lines that help to draw.
-ONCE = ("pupil", "brow_hair", "lash", "lash_lower", "hatch", "construction")
+# Drawn in one go and once: blots, hairs, areas, and the lines that help to draw.
+ONCE = ("pupil", "fill", "brow_hair", "lash", "lash_lower", "hair", "beard", "hatch", "mass",
+        "construction")  # fmt: skip
 
 
 def loosen(strokes: Iterable[Stroke], style: Style, rng: np.random.Generator) -> list[Stroke]:

@@ -77,7 +77,7 @@ def cut(sets: Sequence[LineSet], pixels: NDArray, seen: NDArray, nearly: NDArray
     way = np.cumsum(step)
     line = np.repeat(np.arange(len(owner)), np.diff(starts))
 
-    first, last = _runs(~seen, line)
+    first, last = runs(~seen, line)
     inner = (first > starts[line[first]]) & (last < starts[line[first] + 1] - 1)
     first, last = first[inner], last[inner]
     deep = np.cumsum(~nearly)
@@ -85,7 +85,7 @@ def cut(sets: Sequence[LineSet], pixels: NDArray, seen: NDArray, nearly: NDArray
     seen = seen.copy()
     for a, b in zip(first[short].tolist(), last[short].tolist(), strict=True):
         seen[a : b + 1] = True
-    first, last = _runs(seen & (strength > 0), line)
+    first, last = runs(seen & (strength > 0), line)
     long = (last > first) & (way[last] - way[first] > SHORTEST)
     out = []
     for a, b in zip(first[long].tolist(), last[long].tolist(), strict=True):
@@ -123,7 +123,7 @@ def _from_a_gap(
     return order if closed.any() else None
 
 
-def _runs(flag: NDArray, line: NDArray) -> tuple[NDArray, NDArray]:
+def runs(flag: NDArray, line: NDArray) -> tuple[NDArray, NDArray]:
     """First and last places of runs of True that do not go on from one line to the next."""
     cut = np.flatnonzero(np.diff(line))
     begins, ends = flag.copy(), flag.copy()

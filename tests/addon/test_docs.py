@@ -134,7 +134,7 @@ def test_every_picture_is_shown_somewhere():
 
 
 def test_the_manual_has_the_pages_that_the_panels_open_and_no_other():
-    source = (ROOT / "addon" / "blender" / "help_operators.py").read_text(encoding="utf-8")
+    source = (ROOT / "addon/blender/operators/help.py").read_text(encoding="utf-8")
     told = next(node.value for node in ast.parse(source).body
                 if isinstance(node, ast.Assign) and node.targets[0].id == "PAGES")  # fmt: skip
     assert sorted(ast.literal_eval(told)) == sorted(p.stem for p in MANUAL.glob("*.md"))

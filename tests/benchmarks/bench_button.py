@@ -16,7 +16,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import bpy
 
-from addon.blender import sketching, work
+from addon.blender.background import sketching, tasks
 
 ROOT = Path(__file__).resolve().parents[2]
 ROUNDS = 9
@@ -34,7 +34,7 @@ def timed(steps) -> tuple[float, float, object]:
             return now - begin, max(longest, now - start), end.value
         longest = max(longest, time.perf_counter() - start)
         if tick.waits_for is not None:
-            tick.waits_for.wait(work.EVERY)
+            tick.waits_for.wait(tasks.EVERY)
 
 
 def main() -> None:

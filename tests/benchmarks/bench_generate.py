@@ -79,6 +79,8 @@ def main() -> None:
     for level, name in enumerate(DETAILS):
         print(f"{name:10s} {rate(level, options.jobs, options.shards):6.1f}", flush=True)
     print(f"{'by lot':10s} {rate(None, options.jobs, options.shards):6.1f}", flush=True)
+    each = rate(None, options.jobs, options.shards, "conventions")
+    print(f"{'conventions':11s} {each:5.1f}", flush=True)
     if options.freestyle:
         each = rate(None, options.jobs, 1, "freestyle", 10)
         print(f"{'freestyle':10s} {each:6.1f}")

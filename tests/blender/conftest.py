@@ -35,7 +35,7 @@ def shell(empty_blender, tmp_path, monkeypatch):
     """The add-on, registered for one test; its log goes to `tmp_path`."""
     import addon.blender as module
 
-    monkeypatch.setattr(module.reporting, "log_path", lambda: tmp_path / "log.txt")
+    monkeypatch.setattr(module.messages.reporting, "log_path", lambda: tmp_path / "log.txt")
     module.register()
     yield module
     module.unregister()

@@ -209,12 +209,12 @@ def corrections() -> None:
     face = press("sketch_to_face.fit")
     press("sketch_to_face.decide", name="smile", decision="REJECT")
     press("sketch_to_face.evidence")
-    overlay = sys.modules[MODULE + ".overlay"]
-    overlay.look(bpy.context, face).errand.done.wait(60)
+    overlay = sys.modules[MODULE + ".viewport.overlay"]
+    overlay.look(bpy.context, face).task.done.wait(60)
     seen = overlay.look(bpy.context, face)
     assert len(seen.lines) > 10
     (chin,) = overlay.on_page(face, overlay.points_of(face, seen)["chin"])
-    to_places = sys.modules[MODULE + ".memory"].page_of(face)
+    to_places = sys.modules[MODULE + ".state.memory"].page_of(face)
     place = to_places @ (chin[0], chin[1] + 2.0, 1.0)  # two pixels lower
     press("sketch_to_face.pin", name="chin", place=tuple(place))
     offered = settings().bl_rna.properties
@@ -242,7 +242,8 @@ def sketches_of_every_kind() -> None:
     """A file of every format that is read, an image, a drawing with Grease Pencil, live."""
     from PIL import Image
 
-    sources, live = sys.modules[MODULE + ".sources"], sys.modules[MODULE + ".live"]
+    sources, live = sys.modules[MODULE + ".state.sources"], sys.modules[MODULE + ".background.live"]
+    session = sys.modules[MODULE + ".state.session"].session
     settings().method, settings().strokes = "shape", "ignore"
     settings().sketch_kind = "FILE"
     with Image.open(sketch) as picture:
@@ -265,7 +266,7 @@ def sketches_of_every_kind() -> None:
     before = shown(face)
     live.watch()
     live.wait()
-    assert not live.troubles and np.abs(shown(face) - before).max() > 1e-3
+    assert not session.troubles and np.abs(shown(face) - before).max() > 1e-3
     face.sketch_to_face.live = False
 
 
@@ -299,7 +300,7 @@ def help_and_log() -> None:
     try:
         raise ZeroDivisionError("a test")
     except ZeroDivisionError:
-        told["log"] = str(sys.modules[MODULE + ".reporting"].log("A test"))
+        told["log"] = str(sys.modules[MODULE + ".messages.reporting"].log("A test"))
     press("sketch_to_face.log")
 
 

@@ -20,8 +20,8 @@ def german() -> str:
 def tell() -> dict:
     """What is shown with the add-on, without it again, and in English."""
     import addon.blender
-    from addon.blender import translation
-    from addon.blender.german import TABLE
+    from addon.blender.messages import translation
+    from addon.blender.messages.german import TABLE
 
     view, translations = bpy.context.preferences.view, bpy.app.translations
     view.language = german()

@@ -50,12 +50,12 @@ def error_of(operator, *args, **options) -> str:
 @pytest.fixture
 def clipboard(shell, monkeypatch):
     """A clipboard, which Blender has only with a window."""
-    from addon.blender import expression_operators
+    from addon.blender.operators import expression
 
     held = SimpleNamespace(text="")
-    monkeypatch.setattr(expression_operators, "read_clipboard", lambda context: held.text)
+    monkeypatch.setattr(expression, "read_clipboard", lambda context: held.text)
     monkeypatch.setattr(
-        expression_operators, "write_clipboard", lambda context, text: setattr(held, "text", text)
+        expression, "write_clipboard", lambda context, text: setattr(held, "text", text)
     )
     return held
 
@@ -136,7 +136,7 @@ def test_damaged_asset_is_one_sentence_and_leaves_nothing(shell, monkeypatch, tm
 
 
 def test_face_is_known_after_renaming_and_reloading_and_among_others(shell, evaluated, tmp_path):
-    from addon.blender import faces
+    from addon.blender.state import faces
 
     first, _ = add(), add(identity_keys=False)
     set_pose(first, POSE)
@@ -349,7 +349,7 @@ def test_keyed_expressions_play_as_an_animation(face, rig, evaluated):
     ],
 )
 def test_face_that_cannot_be_posed_says_why_and_shows_no_sliders(face, clipboard, spoil, says):
-    from addon.blender import face_panel
+    from addon.blender.panels import face as face_panel
 
     upper = face_panel.CLASSES[1]
     assert upper.poll(bpy.context)
@@ -416,7 +416,7 @@ class Layout:
 
 
 def test_panels_show_every_control_once_and_one_sided_ones_on_request(face):
-    from addon.blender import face_panel
+    from addon.blender.panels import face as face_panel
 
     panels = [face_panel.CLASSES[k] for k in (1, 2, 3)]
 
@@ -434,7 +434,7 @@ def test_panels_show_every_control_once_and_one_sided_ones_on_request(face):
 
 
 def test_other_panels_draw_for_added_and_baked_faces(shell):
-    from addon.blender import face_panel
+    from addon.blender.panels import face as face_panel
 
     face = add(arkit=True)
     buttons = Layout.of(face_panel.SKETCHTOFACE_PT_face).operators

@@ -147,10 +147,10 @@ def test_a_head_is_as_tall_as_a_head_in_every_scene(shell, sketch, tmp_path, sys
     assert face.sketch_to_face.contour_error_px[2] == pytest.approx(15.9, abs=0.5)
     assert ops.fit_again() == {"FINISHED"}
     assert np.abs(box_of(face) - before).max() < 1e-4 * units
-    ops.pin(name="chin", place=shell.overlay.on_page(face, np.array([[0.0, -0.115]]))[0])
-    in_world = shell.overlay.plane_of(face) @ Vector((0.0, -0.115, 0.0))
+    ops.pin(name="chin", place=shell.viewport.overlay.on_page(face, np.array([[0.0, -0.115]]))[0])
+    in_world = shell.viewport.overlay.plane_of(face) @ Vector((0.0, -0.115, 0.0))
     assert in_world.z == pytest.approx(-0.115 * units, rel=1e-4)
-    assert np.allclose(shell.overlay.pins_on_plane(face)["chin"], (0.0, -0.115), atol=1e-4)
+    assert np.allclose(shell.viewport.overlay.pins_on_plane(face)["chin"], (0.0, -0.115), atol=1e-4)
     path = tmp_path / "face.obj"
     ops.export(filepath=str(path))
     tall = float(load(path, process=False, force="mesh").extents.max())
@@ -190,7 +190,7 @@ def test_the_frame_of_a_sequence_that_is_shown_is_read(shell, tmp_path):
     marks = []
     for frame, smiles in ((1, False), (2, True), (40, False)):
         scene.frame_set(frame)
-        marks.append(shell.sources.source_of(settings).mark)
+        marks.append(shell.state.sources.source_of(settings).mark)
         ops.fit()
         found = bpy.context.active_object.sketch_to_face.detections["smile"]
         assert found.active == smiles, frame

@@ -7,6 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from addon.blender.state.session import session  # noqa: E402
 from facs_rig import LANDMARKS, FaceParameters  # noqa: E402
 from facs_rig.blender.pose import pose_of, set_pose  # noqa: E402
 
@@ -232,7 +233,7 @@ def test_a_linked_face_is_refused_with_a_way_out(face, tmp_path):
 
 def look() -> None:
     """One look of the timer, and whatever comes of it."""
-    from addon.blender import live
+    from addon.blender.background import live
 
     live.watch()
     live.wait()
@@ -279,7 +280,7 @@ def test_a_live_face_follows_the_pen_and_keeps_locks(shell, sketch, evaluated):
 
 
 def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path, sketch):
-    from addon.blender import live
+    from addon.blender.background import live
 
     file = tmp_path / "drawing.png"
     file.write_bytes(sketch.read_bytes())
@@ -290,32 +291,30 @@ def test_a_live_face_says_what_is_wrong_once_and_waits(face, evaluated, tmp_path
     before = evaluated(face)
     file.write_bytes(b"half written")
     look()
-    assert "drawing.png" in live.troubles[face.name]
+    assert "drawing.png" in session.troubles[face.name]
     assert np.array_equal(evaluated(face), before)
     live.watch()
-    assert live._at_work is None  # the same broken file is not read again
+    assert session.refit is None  # the same broken file is not read again
     file.write_bytes(sketch.read_bytes())
     look()
-    assert face.name not in live.troubles
+    assert face.name not in session.troubles
 
 
 def test_a_live_face_is_at_peace_once_its_sketch_is_back_or_nobody_watches(face, tmp_path, sketch):
-    from addon.blender import live
 
     settings, before = face.sketch_to_face, face.sketch_to_face.sketch
     settings.live = True
     for end in (lambda: setattr(settings, "sketch", before), lambda: setattr(settings, "live", 0)):
         settings.sketch = str(tmp_path / "gone.png")
         look()
-        assert "gone.png" in live.troubles[face.name]
+        assert "gone.png" in session.troubles[face.name]
         end()
         look()
-        assert not live.troubles and not live._tried
+        assert not session.troubles and not session.refused
 
 
 def test_a_fault_of_ours_is_logged_once_and_not_tried_again(face, evaluated, monkeypatch, tmp_path):
     from addon import pipeline
-    from addon.blender import live
 
     asked = []
 
@@ -329,20 +328,20 @@ def test_a_fault_of_ours_is_logged_once_and_not_tried_again(face, evaluated, mon
     look()
     look()
     assert len(asked) == 1
-    assert "Live broke (ZeroDivisionError)" in live.troubles[face.name]
+    assert "Live broke (ZeroDivisionError)" in session.troubles[face.name]
     assert (tmp_path / "log.txt").read_text().count("Traceback") == 1
     assert np.array_equal(evaluated(face), before)
 
 
 def test_a_live_face_that_is_deleted_meanwhile_is_no_trouble(face):
-    from addon.blender import live
+    from addon.blender.background import live
 
     face.sketch_to_face.live = True
     face.sketch_to_face.mark = ""
     live.watch()
     bpy.data.objects.remove(face)
     live.wait()
-    assert live._at_work is None
+    assert session.refit is None
 
 
 def test_pose_of_a_face_tells_who_it_is(face, sketch):

@@ -8,7 +8,8 @@ from PIL import Image
 
 bpy = pytest.importorskip("bpy")
 
-from addon.blender import memory, overlay  # noqa: E402
+from addon.blender.state import memory  # noqa: E402
+from addon.blender.viewport import overlay  # noqa: E402
 
 from .test_shell import press  # noqa: E402
 

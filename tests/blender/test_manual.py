@@ -85,9 +85,9 @@ def draw(cls: type, layout: Layout) -> None:
 @pytest.fixture
 def layout(shell, sketch) -> Layout:
     """What the panels show, in all their states."""
-    layout = Layout(set(), {shell.panel.TAB})
+    layout = Layout(set(), {shell.panels.tab.TAB})
     settings = bpy.context.scene.sketch_to_face
-    others = (shell.presets.SKETCHTOFACE_PT_presets,)  # drawn by Blender
+    others = (shell.panels.presets.SKETCHTOFACE_PT_presets,)  # drawn by Blender
     panels = [cls for cls in classes() if issubclass(cls, bpy.types.Panel) and cls not in others]
     press(sketch)
     face = bpy.context.active_object
@@ -105,9 +105,9 @@ def layout(shell, sketch) -> Layout:
             for cls in panels:
                 if not hasattr(cls, "poll") or cls.poll(bpy.context):
                     draw(cls, layout)
-    layout.handles.update(dialog(shell.preferences.SKETCHTOFACE_AP_preferences))
-    layout.operator(shell.help_operators.SKETCHTOFACE_OT_log.bl_idname)
-    layout.operator(shell.help_operators.SKETCHTOFACE_OT_help.bl_idname, text="Manual")
+    layout.handles.update(dialog(shell.state.preferences.SKETCHTOFACE_AP_preferences))
+    layout.operator(shell.operators.help.SKETCHTOFACE_OT_log.bl_idname)
+    layout.operator(shell.operators.help.SKETCHTOFACE_OT_help.bl_idname, text="Manual")
     for cls in classes():
         layout.shown.update({getattr(cls, "bl_label", "")}, dialog(cls))
     return layout
@@ -138,7 +138,7 @@ def test_every_button_and_field_of_the_panels_is_in_the_manual(layout):
 
 
 def test_the_manual_that_the_panels_open_is_there(shell):
-    for name in shell.help_operators.PAGES:
-        assert shell.help_operators.page(name).name == f"{name}.md"
+    for name in shell.operators.help.PAGES:
+        assert shell.operators.help.page(name).name == f"{name}.md"
     pages = {cls.page for cls in classes() if getattr(cls, "page", "")}
-    assert pages <= set(shell.help_operators.PAGES)
+    assert pages <= set(shell.operators.help.PAGES)

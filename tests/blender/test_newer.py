@@ -12,7 +12,7 @@ from .newer_blender import Missing, blender_5_2_with_the_core
 
 # What touches Blender most: properties, undo, Grease Pencil, timers, shape keys, switching off.
 # Faces as such, retargeting and the zips have tests of their own that take as long again.
-FILES = ("test_shell.py", "test_iterate.py", "test_sources.py", "test_work.py", "test_reshape.py",
+FILES = ("test_shell.py", "test_iterate.py", "test_sources.py", "test_tasks.py", "test_reshape.py",
          "test_traces.py")  # fmt: skip
 
 

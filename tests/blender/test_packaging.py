@@ -118,7 +118,8 @@ def check_content(archive: Path, platform: str, series: wheels.Series) -> None:
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     assert archive.name == f"sketch_to_face-{version}-{platform}-blender-{series.name}.zip"
     inside = look_into(archive)
-    shell = {p.name for p in (ROOT / "addon" / "blender").glob("*.py")}
+    folder = ROOT / "addon" / "blender"
+    shell = {p.relative_to(folder).as_posix() for p in folder.rglob("*.py")}
     assert shell | {"LICENSE", "made_for.json", "manual/index.html"} <= inside.names
     assert not [n for n in inside.names if "numpy" in n.lower().split("/")[0]]
     if series.legacy:

@@ -70,7 +70,7 @@ def strokes():
 
 def folder() -> Path:
     """The folder of the test's files: that of the log, which `shell` has put aside."""
-    from addon.blender import reporting
+    from addon.blender.messages import reporting
 
     return reporting.log_path().parent
 
@@ -151,7 +151,7 @@ def delete(rng):
 
 def live(rng):
     """Some faces are watched from now on, others no more; some are drawn on; the timer looks."""
-    from addon.blender import live as watching
+    from addon.blender.background import live as watching
 
     for face in own_faces():
         face.sketch_to_face.live = rng.random() < 0.7
@@ -166,7 +166,7 @@ def live(rng):
 
 def glance(rng):
     """The timer looks; what it begins may go on while other things are pressed."""
-    from addon.blender import live as watching
+    from addon.blender.background import live as watching
 
     for _ in range(rng.randint(1, 3)):
         watching.watch()
@@ -197,7 +197,7 @@ def rename_sketch(rng):
 
 
 def pencils() -> list:
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     return [thing for thing in bpy.data.objects if thing.type in sources.PENCILS]
 
@@ -454,17 +454,17 @@ def faults() -> list[str]:
 
 def unrest(logged: list[str]) -> list[str]:
     """What is wrong with the watch over live faces once all it had begun is over."""
-    from addon.blender import live as watching
-    from addon.blender import work
+    from addon.blender.background import live as watching
+    from addon.blender.state.session import session
 
     watching.wait()
     watching.watch()
     watching.wait()
-    found = [said for said in watching.troubles.values() if not said or "\n" in said]
+    found = [said for said in session.troubles.values() if not said or "\n" in said]
     names = {face.name for face in own_faces() if face.sketch_to_face.live}
-    found += [f"trouble with {name}, which is not live" for name in watching.troubles
+    found += [f"trouble with {name}, which is not live" for name in session.troubles
               if name not in names]  # fmt: skip
-    if watching._at_work is not None or work.now is not None:
+    if session.refit is not None or session.doing is not None:
         found.append("something is still at work")
     if not bpy.app.timers.is_registered(watching.watch):
         found.append("nobody watches any more")
@@ -522,9 +522,9 @@ def logged(shell, monkeypatch) -> list[str]:
     def log(title):
         if title == "Live":
             found.append(traceback.format_exc())
-        return shell.reporting.log_path()
+        return shell.messages.reporting.log_path()
 
-    monkeypatch.setattr(shell.reporting, "log", log)
+    monkeypatch.setattr(shell.messages.reporting, "log", log)
     return found
 
 

@@ -95,25 +95,25 @@ def test_a_face_takes_the_expression_of_another_and_keeps_head_and_eyes(face):
 
 
 def test_which_face_gives(face, sketch):
-    from addon.blender import retarget_operators
+    from addon.blender.operators import retarget
 
     target = mesh("Head")
     select(target)
-    assert retarget_operators.giver(bpy.context) == face  # the only one
+    assert retarget.giver(bpy.context) == face  # the only one
     bpy.context.scene.sketch_to_face.sketch = str(sketch)
     bpy.ops.sketch_to_face.fit()
     first = bpy.context.active_object
     bpy.ops.sketch_to_face.fit()
     second = bpy.context.active_object
     select(target)
-    assert retarget_operators.giver(bpy.context) == second  # made last
+    assert retarget.giver(bpy.context) == second  # made last
     select(target, first)
-    assert retarget_operators.giver(bpy.context) == first  # selected
+    assert retarget.giver(bpy.context) == first  # selected
     select(target, first, active=face)
-    assert retarget_operators.giver(bpy.context) == face  # active
+    assert retarget.giver(bpy.context) == face  # active
     bpy.data.objects.remove(second)
     select(target)
-    assert retarget_operators.giver(bpy.context) == first
+    assert retarget.giver(bpy.context) == first
 
 
 def test_without_a_face_one_sentence_says_what_to_do(shell):
@@ -248,7 +248,7 @@ def test_bad_sketch_is_one_sentence_and_changes_nothing(shell, tmp_path):
 
 
 def test_the_panel_draws(shell):
-    from addon.blender import retarget_panel
+    from addon.blender.panels import retarget
 
     drawn = []
 
@@ -269,7 +269,7 @@ def test_the_panel_draws(shell):
             drawn.append(getattr(bpy.ops.sketch_to_face, name.partition(".")[2]).idname_py())
             return SimpleNamespace()
 
-    panel = retarget_panel.SKETCHTOFACE_PT_retarget
+    panel = retarget.SKETCHTOFACE_PT_retarget
     panel.draw(SimpleNamespace(layout=Layout()), bpy.context)
     assert drawn == ["sketch_to_face.apply_expression"] * 2 + [
         "storyboard", "storyboard_every", "sketch_to_face.storyboard",

@@ -246,13 +246,13 @@ def test_a_linked_duplicate_says_what_it_cannot_and_the_way_out(shell, rig, bone
     for press in (ops.random_person, ops.random_expression, ops.key_expression, ops.plain_person,
                   ops.copy_expression, ops.mirror_expression, ops.adopt_sketch):  # fmt: skip
         assert "linked duplicate" in error_of(press)
-    said = shell.faces.trouble(other)
+    said = shell.state.faces.trouble(other)
     assert "'Ann'" in said and "Make Independent" in said
     assert np.array_equal(evaluated(face), before)
     shows = evaluated(other)
     assert ops.stand_alone() == {"FINISHED"}
     assert np.abs(evaluated(other) - shows).max() < EXACT
-    assert shell.faces.trouble(other) == ""
+    assert shell.state.faces.trouble(other) == ""
     assert follows(other, evaluated, face) and follows(face, evaluated, other)
     before = evaluated(face)
     ops.random_person(seed=3)
@@ -268,7 +268,7 @@ def test_made_single_user_by_blender_it_still_says_so(shell, rig, evaluated):
     other = duplicate(face, linked=True)
     bpy.ops.object.make_single_user(type="SELECTED_OBJECTS", object=True, obdata=True)
     assert other.data != face.data and mover_of(other) == face
-    assert "moves with the sliders of 'Ann'" in shell.faces.trouble(other)
+    assert "moves with the sliders of 'Ann'" in shell.state.faces.trouble(other)
     ops.stand_alone()
     assert follows(other, evaluated, face) and follows(face, evaluated, other)
 
@@ -277,9 +277,9 @@ def test_a_linked_duplicate_whose_original_is_gone(shell, rig, evaluated):
     face = make(rig)
     other = duplicate(face, linked=True)
     bpy.data.objects.remove(face)
-    assert "is gone; press Make Independent" in shell.faces.trouble(other)
+    assert "is gone; press Make Independent" in shell.state.faces.trouble(other)
     ops.stand_alone()
-    assert shell.faces.trouble(other) == "" and follows(other, evaluated)
+    assert shell.state.faces.trouble(other) == "" and follows(other, evaluated)
 
 
 def test_a_full_copy_of_the_scene_has_faces_of_its_own(shell, rig, evaluated):

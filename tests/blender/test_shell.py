@@ -66,7 +66,7 @@ def test_versions_agree():
 
 
 def test_tweakables_are_the_core_s(shell):
-    from addon.blender import properties
+    from addon.blender.state import properties
 
     group = bpy.context.scene.sketch_to_face.tweakables
     assert properties.tweakables(group) == Tweakables()
@@ -82,7 +82,7 @@ def test_tweakables_are_the_core_s(shell):
 
 
 def test_changed_tweakables_reach_the_core_and_defaults_come_back(shell):
-    from addon.blender import properties
+    from addon.blender.state import properties
 
     group = bpy.context.scene.sketch_to_face.tweakables
     group.max_delta, group.snake_type, group.mirror = 7.3, "fixed", True
@@ -94,7 +94,7 @@ def test_changed_tweakables_reach_the_core_and_defaults_come_back(shell):
 
 def test_method_and_strokes_reach_the_core_and_defaults_come_back(shell):
     from addon import pipeline
-    from addon.blender import properties
+    from addon.blender.state import properties
 
     def options() -> pipeline.FitOptions:
         return pipeline.FitOptions(**properties.fit_values(bpy.context))
@@ -194,7 +194,7 @@ def test_face_survives_save_and_reload(shell, sketch, evaluated, tmp_path):
 
 
 def test_panel_follows_the_mesh_and_its_rig(shell, sketch):
-    from addon.blender import faces
+    from addon.blender.state import faces
 
     press(sketch)
     face = bpy.context.active_object
@@ -232,7 +232,7 @@ def test_no_sketch_chosen(shell):
 
 def test_unexpected_error_goes_whole_to_the_log(shell, sketch, tmp_path, monkeypatch):
     from addon import pipeline
-    from addon.blender import reporting
+    from addon.blender.messages import reporting
 
     def broken(*_args, **_options):
         raise ZeroDivisionError("a fault of ours")
@@ -275,7 +275,7 @@ def test_new_objects_go_to_the_scene_where_the_active_collection_is_of_another_f
 
 
 def test_head_placed_by_hand_reaches_the_core(shell):
-    from addon.blender import properties
+    from addon.blender.state import properties
 
     settings = bpy.context.scene.sketch_to_face
     assert properties.fit_values(bpy.context)["align"] is None

@@ -9,7 +9,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from addon.blender import work  # noqa: E402
+from addon.blender.background import tasks  # noqa: E402
+from addon.blender.state.session import session  # noqa: E402
 
 from .sheets import image_of, lines_of, pencil_of  # noqa: E402
 from .test_shell import press  # noqa: E402
@@ -52,11 +53,11 @@ class Layout:
 @pytest.fixture
 def panels(shell):
     """Function: everything that the tab draws now, in order."""
-    from addon.blender import face_panel, panel, retarget_panel, sketch_panels
+    from addon.blender.panels import face, fit, retarget, sketch
 
     classes = [
         cls
-        for module in (panel, sketch_panels, face_panel, retarget_panel)
+        for module in (sketch, fit, face, retarget)
         for cls in module.CLASSES
         if issubclass(cls, bpy.types.Panel)
     ]
@@ -109,7 +110,7 @@ def test_an_added_face_has_no_sketch_to_show(panels):
 
 
 def test_while_work_goes_on_there_is_a_bar_and_no_button(panels, monkeypatch):
-    monkeypatch.setattr(work, "now", work.Tick("reading it", 0.4))
+    monkeypatch.setattr(session, "doing", tasks.Tick("reading it", 0.4))
     _, layout = panels()
     assert layout.drawn("progress") == ["Reading it …"] and not layout.drawn(FIT)
     assert "Esc stops it" in layout.drawn("label")
@@ -135,12 +136,11 @@ def test_pins_are_listed_and_a_sketch_that_is_another_can_be_taken(panels, sketc
 
 
 def test_what_is_wrong_with_a_live_sketch_is_said(panels, sketch, monkeypatch):
-    from addon.blender import live
 
     press(sketch)
     face = bpy.context.active_object
     face.sketch_to_face.live = True
-    monkeypatch.setitem(live.troubles, face.name, "The sketch is gone.")
+    monkeypatch.setitem(session.troubles, face.name, "The sketch is gone.")
     assert "The sketch is gone." in panels()[1].drawn("label")
 
 
@@ -157,12 +157,12 @@ def test_other_strokes_ask_for_another_fit(panels, sketch):
 
 
 def test_evidence_is_a_picture_where_red_lines_speak_for_the_action(panels, sketch, monkeypatch):
-    from addon.blender import detect_operators
+    from addon.blender.operators import detect
 
     press(sketch)
     assert bpy.ops.sketch_to_face.evidence() == {"FINISHED"}
     memory = bpy.context.active_object.sketch_to_face
-    made = detect_operators._found[memory.mark]
+    made = session.evidence[memory.mark]
     assert set(made) == set(memory.detections.keys())
     smile = made["smile"]
     assert smile.shape == (384, 384, 4) and smile.dtype == np.float32
@@ -170,13 +170,13 @@ def test_evidence_is_a_picture_where_red_lines_speak_for_the_action(panels, sket
     rows = np.flatnonzero(red.any(axis=1))
     assert red.sum() > 100 and np.median(rows) < 192  # Blender counts from below: the mouth
     # Without a window Blender makes no icons; where it does, the picture takes the button's place.
-    monkeypatch.setattr(detect_operators, "picture", lambda mark, name: int(name in made))
+    monkeypatch.setattr(detect, "picture", lambda mark, name: int(name in made))
     _, layout = panels()
     assert layout.drawn("template_icon") and not layout.drawn("sketch_to_face.evidence")
 
 
 def test_the_list_shows_what_the_face_does_then_what_is_likely():
-    from addon.blender.sketch_panels import shown_first
+    from addon.blender.panels.fit import shown_first
 
     def item(name, active, probability, locked=False):
         return SimpleNamespace(name=name, active=active, probability=probability, locked=locked)
@@ -217,7 +217,8 @@ def test_a_preset_keeps_how_faces_are_fitted(shell, tmp_path, monkeypatch):
 
 
 def test_preferences_choose_quality_and_threads(shell, sketch, monkeypatch):
-    from addon.blender import preferences, properties, sketching
+    from addon.blender.background import sketching
+    from addon.blender.state import preferences, properties
 
     assert preferences.of(bpy.context) == preferences.Defaults()
     assert properties.fit_values(bpy.context)["method"] == "lines"
@@ -230,7 +231,7 @@ def test_preferences_choose_quality_and_threads(shell, sketch, monkeypatch):
 
 
 def test_the_folder_for_files_must_be_there(shell, tmp_path, monkeypatch):
-    from addon.blender import preferences
+    from addon.blender.state import preferences
 
     chosen = preferences.Defaults(folder=str(tmp_path))
     monkeypatch.setattr(preferences, "of", lambda context: chosen)
@@ -240,11 +241,11 @@ def test_the_folder_for_files_must_be_there(shell, tmp_path, monkeypatch):
 
 
 def test_the_log_and_a_missing_manual_are_said(shell, monkeypatch, reports):
-    from addon.blender import help_operators
+    from addon.blender.operators import help
 
     assert bpy.ops.sketch_to_face.log() == {"CANCELLED"}
     assert "The log is empty" in reports()
-    monkeypatch.setattr(help_operators, "page", lambda name: None)
+    monkeypatch.setattr(help, "page", lambda name: None)
     with pytest.raises(RuntimeError, match="The manual is missing"):
         bpy.ops.sketch_to_face.help()
 
@@ -253,7 +254,7 @@ def test_the_log_and_a_missing_manual_are_said(shell, monkeypatch, reports):
 
 
 def test_the_overlay_lies_where_the_sketch_has_the_face(shell, sketch, rig, evaluated):
-    from addon.blender import overlay
+    from addon.blender.viewport import overlay
 
     press(sketch)
     face = bpy.context.active_object
@@ -269,23 +270,23 @@ def test_the_overlay_lies_where_the_sketch_has_the_face(shell, sketch, rig, eval
     assert (-corners[1] > front).all()
 
     shown = overlay.look(bpy.context, face)
-    shown.errand.done.wait(60)
+    shown.task.done.wait(60)
     shown = overlay.look(bpy.context, face)
-    assert shown.errand is None and len(shown.lines) > 10
+    assert shown.task is None and len(shown.lines) > 10
     local = evaluated(face) - (0.3, 0.1, 0.2)
     assert np.allclose(shown.landmarks, local[rig.landmarks][:, :2], atol=1e-5)
     low, high = local[:, :2].min(axis=0), local[:, :2].max(axis=0)
     points = np.concatenate(shown.lines)
     assert (points > low - 0.002).all() and (points < high + 0.002).all()
-    assert overlay.look(bpy.context, face).errand is None  # the same face is not looked at again
+    assert overlay.look(bpy.context, face).task is None  # the same face is not looked at again
     face["jaw_open"] = 5.0
     face.update_tag()
     bpy.context.view_layer.update()
-    assert overlay.look(bpy.context, face).errand is not None
+    assert overlay.look(bpy.context, face).task is not None
 
 
 def test_lines_are_packed_and_unpacked():
-    from addon.blender import memory
+    from addon.blender.state import memory
 
     lines = [np.array([[1.0, 2.0], [3.0, 4.5]]), np.zeros((3, 2))]
     found = memory.unpack(memory.pack(lines))

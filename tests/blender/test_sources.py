@@ -48,7 +48,7 @@ def test_grease_pencil_strokes_give_the_expression_of_the_drawing(settings, sket
 
 
 def test_where_the_pencil_object_stands_and_how_large_it_is_does_not_matter(settings, sketch):
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     pencil = pencil_of(lines_of(sketch))
     settings.sketch_kind, settings.sketch_pencil = "PENCIL", pencil
@@ -64,7 +64,7 @@ def test_where_the_pencil_object_stands_and_how_large_it_is_does_not_matter(sett
 
 
 def test_a_drawing_from_the_right_is_upright_too(settings, sketch):
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     lines = lines_of(sketch)
     settings.sketch_kind, settings.sketch_pencil = "PENCIL", pencil_of(lines)
@@ -78,7 +78,7 @@ def test_a_drawing_from_the_right_is_upright_too(settings, sketch):
 
 
 def test_every_change_of_a_sketch_changes_its_mark(settings, sketch, tmp_path):
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     def mark() -> str:
         return sources.source_of(settings).mark
@@ -144,7 +144,7 @@ def test_a_blank_sheet_is_ready_to_be_drawn_on(settings, sketch):
 
 
 def test_strokes_come_in_world_coordinates_with_the_layer_s_own_place(settings):
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     line = np.array([[0.0, 0.0], [0.1, 0.2]])
     pencil = pencil_of([line], radius=0.002)
@@ -156,7 +156,7 @@ def test_strokes_come_in_world_coordinates_with_the_layer_s_own_place(settings):
 
 
 def test_source_of_nothing_is_a_sketch_error(settings):
-    from addon.blender import sources
+    from addon.blender.state import sources
 
     with pytest.raises(SketchError):
         sources.source_of(settings)

@@ -116,9 +116,9 @@ def test_storyboard_without_a_folder_or_with_nothing_to_read_is_one_sentence(she
 @pytest.fixture
 def session(shell, folder):
     """The operator as Blender makes one, but for its reports, and a scene with a mesh to key."""
-    from addon.blender import retarget_operators
+    from addon.blender.operators import retarget
 
-    operator = retarget_operators.SKETCHTOFACE_OT_storyboard
+    operator = retarget.SKETCHTOFACE_OT_storyboard
     made = SimpleNamespace(head=True, reports=[])
     made.report = lambda kind, text: made.reports.append(text)
     for name in ("steps", "stopped", "_end"):

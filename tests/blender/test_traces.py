@@ -16,6 +16,12 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from addon.blender.background import live  # noqa: E402
+from addon.blender.messages import reporting  # noqa: E402
+from addon.blender.operators import detect  # noqa: E402
+from addon.blender.panels import sketch as sketch_panel  # noqa: E402
+from addon.blender.state.session import Session, session  # noqa: E402
+from addon.blender.viewport import overlay  # noqa: E402
 from facs_rig import FaceParameters  # noqa: E402
 from facs_rig.blender.pose import is_face  # noqa: E402
 from facs_rig.expressions import dumps, write  # noqa: E402
@@ -32,8 +38,6 @@ ops = bpy.ops.sketch_to_face
 
 def traces() -> dict[str, list]:
     """All places in Blender that an add-on can hang itself on, and what hangs there."""
-    import addon.blender as module
-
     handlers = bpy.app.handlers
     told = {
         f"handlers.{name}": list(getattr(handlers, name))
@@ -52,62 +56,57 @@ def traces() -> dict[str, list]:
     told["operators"] = dir(bpy.ops.sketch_to_face)
     told["timers"] = [
         timer.__name__
-        for timer in (module.live.watch, module.overlay._again)
+        for timer in (live.watch, overlay._again)
         if bpy.app.timers.is_registered(timer)
     ]
     told["kept"] = [
-        held
-        for held in (
-            module.overlay._handler, module.panel._thumbnails, module.detect_operators._pictures,
-            module.live._at_work, *module.live.troubles, *module.overlay._shown,
-            *module.detect_operators._found, *module.reporting._log.handlers,
-        )
-        if held is not None
-    ]  # fmt: skip
+        *(name for name, value in vars(session).items() if value != getattr(Session(), name)),
+        *reporting._log.handlers,
+    ]
     return told
 
 
 def test_nothing_is_left_once_the_add_on_is_switched_off(sketch, tmp_path, monkeypatch):
     import addon.blender as module
 
-    monkeypatch.setattr(module.reporting, "log_path", lambda: tmp_path / "log.txt")
+    monkeypatch.setattr(reporting, "log_path", lambda: tmp_path / "log.txt")
     before, once = traces(), None
     for _ in range(3):
         module.register()
         try:
-            assert module.overlay._handler is not None and module.panel._thumbnails is not None
+            assert session.draw_handler is not None and session.thumbnails is not None
             on = {k: v for k, v in traces().items() if k != "kept"}
             assert on["timers"] == ["watch"] and (once or on) == on
             once = on
-            use(module, sketch)
+            use(sketch)
         finally:
             module.unregister()
         after = traces()
         assert {k: v for k, v in after.items() if v != before.get(k, [])} == {}
 
 
-def use(module, sketch) -> None:
+def use(sketch) -> None:
     """Something of everything that keeps something: a thumbnail, evidence, a live face, a log."""
     settings = bpy.context.scene.sketch_to_face
     settings.sketch = str(sketch)
     assert ops.fit() == {"FINISHED"}
     face = bpy.context.active_object
-    module.panel.thumbnail(settings)  # without a window it has no icon, but is kept all the same
-    assert len(module.panel._thumbnails)
-    module.detect_operators.keep("mark", {"smile": np.zeros((384, 384, 4), np.float32)})
-    module.detect_operators.picture("mark", "smile")
-    assert len(module.detect_operators._pictures)
-    module.overlay.look(bpy.context, face)
-    assert bpy.app.timers.is_registered(module.overlay._again)
+    sketch_panel.thumbnail(settings)  # without a window it has no icon, but is kept all the same
+    assert len(session.thumbnails)
+    detect.keep("mark", {"smile": np.zeros((384, 384, 4), np.float32)})
+    detect.picture("mark", "smile")
+    assert len(session.evidence_icons)
+    overlay.look(bpy.context, face)
+    assert bpy.app.timers.is_registered(overlay._again)
     face.sketch_to_face.live = True
     face.sketch_to_face.sketch = "//nowhere.png"
-    module.live.watch()
-    module.live.wait()
-    assert module.live.troubles
+    live.watch()
+    live.wait()
+    assert session.troubles
     try:
         raise ZeroDivisionError
     except ZeroDivisionError:
-        module.reporting.log("A test")
+        reporting.log("A test")
 
 
 def test_switched_off_while_a_live_face_is_fitted(sketch, evaluated):
@@ -120,8 +119,8 @@ def test_switched_off_while_a_live_face_is_fitted(sketch, evaluated):
         face = bpy.context.active_object
         before = evaluated(face)
         face.sketch_to_face.live, face.sketch_to_face.sketch = True, str(OTHER)
-        module.live.watch()
-        assert module.live._at_work is not None
+        live.watch()
+        assert session.refit is not None
     finally:
         module.unregister()
     end = time.monotonic() + 20
@@ -129,7 +128,7 @@ def test_switched_off_while_a_live_face_is_fitted(sketch, evaluated):
         assert time.monotonic() < end, "a thread is still at work"
         time.sleep(0.01)
     assert np.array_equal(evaluated(face), before)
-    assert module.live._at_work is None
+    assert session.refit is None
 
 
 # --- undo and redo --------------------------------------------------------------------------------

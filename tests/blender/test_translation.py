@@ -34,7 +34,7 @@ String = tuple[str, str]  # context, English
 TEMPLATES = {"text": 0, "tip": 0, "label": 0, "say": 2}
 # Calls that show what they are given; from code only through one of the above.
 SHOWING = {"report": 1, "poll_message_set": 0, "status_text_set": 0, "ValueError": 0,
-           "SketchError": 0, "Tick": 0, "away": 1, "within": 1}  # fmt: skip
+           "SketchError": 0, "Tick": 0, "in_background": 1, "within": 1}  # fmt: skip
 LAYOUT = {"label", "prop", "operator", "menu", "progress", "popover", "separator"}
 
 # German that is much longer than the English, since the English is very short: looked at.
@@ -117,7 +117,8 @@ def of_property(item, where: str) -> dict[String, str]:
 
 def of_tables() -> dict[String, str]:
     """What stands in tables and is shown by a layout call with a variable."""
-    from addon.blender import detect_operators, face_operators, face_panel
+    from addon.blender.operators import detect, people
+    from addon.blender.panels import face as face_panel
     from facs_rig.blender import keys as blender_keys
 
     found: dict[String, str] = {}
@@ -136,21 +137,21 @@ def of_tables() -> dict[String, str]:
             found[PANEL, f"{title} {axis}"] = "face_panel"
     for text in ("Eyes Turn", "Eyes Down", *"RL", "Left", "Top", "Right", "Bottom"):
         found[PANEL, text] = "a slider's text"
-    for _, text, _ in detect_operators.DECISIONS:
+    for _, text, _ in detect.DECISIONS:
         found[OWN, text] = "detect_operators.DECISIONS"
     found[PANEL, "Fit Presets"] = "presets, before one is chosen"
-    found[BUTTON, face_operators.NAME] = "the menu Add > Mesh"
+    found[BUTTON, people.NAME] = "the menu Add > Mesh"
     return found
 
 
 def calls() -> Iterator[tuple[str, ast.Call, str]]:
     """(name of what is called, the call, where) all over the shell."""
-    for path in sorted(SHELL.glob("*.py")):
+    for path in sorted(SHELL.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call):
                 func = node.func
                 name = func.attr if isinstance(func, ast.Attribute) else getattr(func, "id", "")
-                yield name, node, f"{path.name}:{node.lineno}"
+                yield name, node, f"{path.relative_to(SHELL)}:{node.lineno}"
 
 
 def constants(node: ast.AST | None) -> list[str]:
@@ -193,7 +194,7 @@ def everything(module) -> dict[String, str]:
 
 def table() -> dict[String, str]:
     """All that there is German for."""
-    from addon.blender.german import TABLE
+    from addon.blender.messages.german import TABLE
 
     return {(context, text): said for context, entries in TABLE.items()
             for text, said in entries.items()}  # fmt: skip
@@ -205,7 +206,7 @@ def german(monkeypatch):
     languages."""
 
     def switch():
-        from addon.blender import translation
+        from addon.blender.messages import translation
 
         def look_up(message: str, context: str = PANEL) -> str:
             return table().get((context, message), message)
@@ -309,7 +310,7 @@ def test_error_is_reported_in_german(shell, german):
 
 
 def test_button_reports_in_german(shell, rig, reports, german, tmp_path):
-    from addon.blender import faces
+    from addon.blender.state import faces
     from facs_rig import FaceParameters
     from facs_rig.blender import build_face
 
@@ -321,20 +322,20 @@ def test_button_reports_in_german(shell, rig, reports, german, tmp_path):
 
 
 def test_list_of_actions_is_searched_in_german(shell, german):
-    from addon.blender import sketch_panels
+    from addon.blender.panels import fit
 
     item = SimpleNamespace(name="smile", active=True, probability=0.9, locked=False)
-    assert sketch_panels.shown_first([item], False, "smi")[0] == [True]
+    assert fit.shown_first([item], False, "smi")[0] == [True]
     german()
-    assert sketch_panels.shown_first([item], False, "lächel")[0] == [True]
-    assert sketch_panels.shown_first([item], False, "smi")[0] == [False]
+    assert fit.shown_first([item], False, "lächel")[0] == [True]
+    assert fit.shown_first([item], False, "smi")[0] == [False]
 
 
 def test_counts_and_names_are_filled_in_after_the_look_up(shell, german):
-    from addon.blender import retarget_operators
+    from addon.blender.operators import retarget
 
     german()
-    assert retarget_operators.some("abcdefg") == "a, b, c, d, e und 2 weitere"
+    assert retarget.some("abcdefg") == "a, b, c, d, e und 2 weitere"
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ import sys, bpy, importlib.util
 spec = importlib.util.find_spec('numpy')
 print('IS', *bpy.app.version[:2], *sys.version_info[:2], spec.origin if spec else '')
 """
+PATHS = os.environ.get("PATH", "").split(":")
 OPENER = '#!/bin/sh\nprintf "%s\\n" "$*" >> "$OPENED"\n'
 
 
@@ -69,7 +70,8 @@ def _blender(kind: str, command: Sequence[str | Path], home: Path, links: Sequen
     profile = home / PROFILE
     environment = kept | {
         "HOME": str(home),
-        "PATH": f"{tools}:{kept.get('PATH', '')}",
+        # without the tests' own Python, in which Blender's would look for modules
+        "PATH": ":".join([str(tools), *(p for p in PATHS if Path(p).parent != Path(sys.prefix))]),
         "BROWSER": str(tools / "browser"),
         "OPENED": str(home / "opened.txt"),
         "PYTHONPATH": str(site),

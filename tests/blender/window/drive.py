@@ -45,9 +45,9 @@ def things() -> tuple[set, set]:
 
 def idle() -> bool:
     """Whether the add-on's work is over."""
-    import sketch_to_face.work as work
+    from sketch_to_face.state.session import session
 
-    return work.now is None
+    return session.doing is None
 
 
 def key(desk: Desk, letter: str, **held):
@@ -67,9 +67,9 @@ def timed_press(desk: Desk, place, result: dict, name: str):
     yield FRAME
     desk.move(x, y)
     yield FRAME
-    import sketch_to_face.work as work
+    from sketch_to_face.background import tasks
 
-    deaf, start = Deaf(work.InSlices), time.monotonic()
+    deaf, start = Deaf(tasks.InSlices), time.monotonic()
     desk.tap("LEFTMOUSE", x, y)
     yield 0.01
     while not (idle() and things()[0] != before[0]):

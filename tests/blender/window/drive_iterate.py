@@ -43,9 +43,9 @@ CORNER = "mouth_corner_left"
 
 def idle() -> bool:
     """Whether the add-on's work is over."""
-    import sketch_to_face.work as work
+    from sketch_to_face.state.session import session
 
-    return work.now is None
+    return session.doing is None
 
 
 def pressed(desk: Desk, command: str, done=idle):
@@ -67,7 +67,7 @@ def show(desk: Desk, name: str):
 
 def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
     """Window pixels of a point of the overlay's plane."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.viewport import overlay
 
     region = desk.region("WINDOW")
     seen = location_3d_to_region_2d(
@@ -78,9 +78,10 @@ def on_screen(desk: Desk, face, spot) -> tuple[float, float]:
 
 def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     """Press Drag Pins, take the corner of the mouth with the mouse, put it lower, Enter."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.state.session import session
+    from sketch_to_face.viewport import overlay
 
-    yield from pressed(desk, PINS, lambda: overlay.show_points)
+    yield from pressed(desk, PINS, lambda: session.show_points)
     yield from until(lambda: len(overlay.look(bpy.context, face).landmarks), "points")
     spots = overlay.points_of(face, overlay.look(bpy.context, face))
     x, y = on_screen(desk, face, spots[CORNER])
@@ -88,7 +89,7 @@ def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     yield FRAME
     desk.move(x, y)
     yield FRAME * 2
-    assert overlay.held == CORNER, f"the mouse is on {overlay.held}, not on {CORNER}"
+    assert session.held_point == CORNER, f"the mouse is on {session.held_point}, not on {CORNER}"
     desk.window.event_simulate(type="LEFTMOUSE", value="PRESS", x=int(x), y=int(y))
     for step in range(1, 6):
         yield 0.05
@@ -170,9 +171,9 @@ def session(options, result: dict):
 
 def drawing() -> bool:
     """Whether the overlay still looks for lines."""
-    import sketch_to_face.overlay as overlay
+    from sketch_to_face.state.session import session
 
-    return any(shown.errand is not None for shown in overlay._shown.values())
+    return any(shown.task is not None for shown in session.face_lines.values())
 
 
 def live(desk: Desk, options, result: dict):

@@ -1,0 +1,1 @@
+"""What goes on while the artist looks on: tasks in slices and threads, fits, live faces."""

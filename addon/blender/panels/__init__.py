@@ -1,0 +1,5 @@
+"""What is seen in the sidebar, from top to bottom."""
+
+from . import face, fit, presets, retarget, sketch
+
+MODULES = (presets, sketch, fit, face, retarget)

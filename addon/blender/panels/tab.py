@@ -1,0 +1,23 @@
+"""The tab "Sketch to Face" in the sidebar of the 3D view."""
+
+from ..operators import help
+
+TAB = "Sketch to Face"
+
+
+class Tab:
+    """Where the panels are. `page` is the page of the manual about a panel."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = TAB
+    page = ""
+
+    def draw_header_preset(self, context):
+        """A question mark that opens the manual."""
+        if self.page:
+            button = self.layout.row()
+            button.emboss = "NONE"
+            button.operator(
+                help.SKETCHTOFACE_OT_help.bl_idname, text="", icon="HELP"
+            ).page = self.page

@@ -1,0 +1,1 @@
+"""What is kept: in preferences, in the scene, in faces; and what it means."""

@@ -1,0 +1,87 @@
+"""Drawings by convention: the posed face's own curves, drawn as people draw them.
+
+An artist draws each feature in one of several ways, somewhat larger, simpler or elsewhere than it
+is; the face's curves lie on its skin, so that whatever the convention, its expression is drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import Camera, FaceParameters, FaceRig
+
+from ..linework.strokes import Stroke
+from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
+from .canvas import Canvas
+from .extras import draw_beard, draw_glasses, draw_hat, draw_moustache
+from .eyes import draw_brows, draw_eyes
+from .hair import LONG, cut_hair, draw_front, draw_hair
+from .head import (
+    draw_clothes,
+    draw_creases,
+    draw_ears,
+    draw_face,
+    draw_freckles,
+    draw_neck,
+    neck_shape,
+)
+from .mouth import draw_mouth
+from .nose import draw_nose
+from .sitter import sit
+
+__all__ = [
+    "CONVENTIONS", "HIDES", "MANNERS", "Artist", "draw_by_convention", "sample_artist", "zoomed",
+]  # fmt: skip
+
+
+def zoomed(camera: Camera, room: float) -> Camera:
+    """The camera with more of the page around the face, somewhat more below it than above."""
+    w, h = camera.width, camera.height
+    across, down = (room - 1) * w, (room - 1) * h
+    return camera.cropped(-across / 2, -0.47 * down, w + across / 2, h + 0.53 * down, w, h)
+
+
+def draw_by_convention(
+    rig: FaceRig,
+    vertices: NDArray,
+    camera: Camera,
+    parameters: FaceParameters,
+    artist: Artist,
+    pen: float,
+    rng: np.random.Generator,
+) -> tuple[list[Stroke], NDArray[np.float64]]:
+    """All strokes of a posed face by this artist, in pixels of `camera`, and where it has the
+    face's landmarks (m, 2).
+
+    vertices : (n, 3) metres, `rig.pose(parameters)`;  pen : pixels, width of a full line
+    """
+    sitter = sit(rig, vertices, camera, parameters, artist)
+    canvas = Canvas(camera.width, camera.height, pen, artist.loose * sitter.unit, rng)
+    hair = cut_hair(canvas, sitter, artist)
+    middle = sitter.face.mean(axis=0)
+    canvas.bound(middle + 1.015 * (sitter.face - middle))
+
+    draw_hat(canvas, sitter, artist)
+    if artist.hat in ("none", "band"):
+        draw_front(canvas, sitter, artist, hair)
+    draw_glasses(canvas, sitter, artist)
+    draw_eyes(canvas, sitter, artist)
+    draw_brows(canvas, sitter, artist)
+    draw_nose(canvas, sitter, artist)
+    draw_mouth(canvas, sitter, artist)
+    draw_moustache(canvas, sitter, artist)
+    draw_creases(canvas, sitter, artist)
+    if artist.freckles:
+        draw_freckles(canvas, sitter)
+    draw_beard(canvas, sitter, artist)
+    draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
+    canvas.cover(sitter.face)
+    over_ears = artist.cut in LONG and rng.random() < 0.6
+    if not over_ears:
+        draw_ears(canvas, sitter, artist)
+    draw_hair(canvas, sitter, artist, hair)
+    draw_neck(canvas, sitter, artist)
+    draw_clothes(canvas, sitter, artist)
+    canvas.cover(neck_shape(sitter))
+    return canvas.strokes(), sitter.landmarks

@@ -1,0 +1,260 @@
+"""An artist: which convention each feature is drawn by, and how it is exaggerated.
+
+Artists are drawn by lot from four manners, each with its own odds for every convention; now and
+then one borrows from another manner. What a convention cannot show is told (`hidden`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+
+import numpy as np
+
+from facs_rig import CONTROL_NAMES
+from facs_rig.parameters import nearest
+
+from ..linework.style import Style
+
+# portrait: somebody is drawn from life        comic: inked, expressive
+# cartoon: few bold shapes                     naive: from memory, by hands without practice
+MANNERS = {"portrait": 0.42, "comic": 0.21, "cartoon": 0.23, "naive": 0.14}
+PENS = (0.8, 4.0)  # pixels, widths of a full line
+BORROWS = 0.08  # how often a convention is taken from another manner
+
+# Of each manner: how much it exaggerates, how large its eyes are, the factor of its pen's width,
+# and the most that a line is off, in units.
+MUCH = {"portrait": 0.35, "comic": 0.8, "cartoon": 1.3, "naive": 1.0}
+BIG = {"portrait": 1.05, "comic": 1.12, "cartoon": 1.2, "naive": 1.12}
+BOLD = {"portrait": (0.7, 1.15), "comic": (0.9, 1.5), "cartoon": (1.0, 1.9), "naive": (0.7, 1.15)}
+LOOSE = {"portrait": 0.005, "comic": 0.008, "cartoon": 0.008, "naive": 0.02}
+
+Odds = tuple[float, float, float, float]  # in the order of MANNERS
+CONVENTIONS: dict[str, dict[str, Odds]] = {
+    "eye": {"almond": (6, 3, 0.7, 3), "lids": (4, 3, 0.5, 0.5), "upper": (1, 2, 1, 0.6),
+            "dot": (0, 0.3, 3.5, 1.5), "oval": (0, 0.5, 1.5, 0.4), "round": (0, 0.6, 2, 1.4)},
+    "iris": {"ring": (2, 1.5, 1, 2), "black": (1, 2, 2, 1.5), "shine": (4, 2, 1, 0.6),
+             "rays": (2, 0.3, 0, 0.3)},
+    "fold": {"none": (1, 2, 4, 3), "line": (4, 2, 0.5, 1), "double": (1, 0.3, 0, 0)},
+    "lashes": {"none": (3, 3, 4, 3), "ticks": (1, 0.5, 1, 2), "thick": (3, 2, 1, 0.3),
+               "flick": (0.7, 1, 1, 0.4)},
+    "brow": {"stroke": (0.6, 2, 3, 2), "taper": (1, 2, 1.5, 0.6), "shape": (1.5, 3, 1.5, 0.3),
+             "outline": (0.3, 0.3, 0.3, 1), "hairs": (5, 0.8, 0, 1), "double": (0.5, 0.3, 0.3, 1),
+             "none": (0.05, 0.1, 0.35, 0.15)},
+    "nose": {"l": (0.4, 2, 2, 2), "u": (0.7, 0.7, 2, 2), "ball": (1, 0.6, 1, 0.6),
+             "dots": (0.2, 0.3, 1, 1), "wings": (2, 1.2, 0.7, 0.8), "side": (0.6, 1, 1, 0.8),
+             "hook": (0.4, 1.5, 2, 0.8), "full": (5, 1.2, 0.1, 0.8), "sides": (2, 0.5, 0.2, 2),
+             "base": (1.2, 1.2, 0.7, 0.3), "none": (0, 0, 0.25, 0.1)},
+    "mouth": {"line": (0.3, 1.5, 4, 2), "lower": (1.5, 2, 1, 1), "lips": (5, 1.5, 0.4, 3),
+              "dark": (2, 1, 0.3, 0.3), "corners": (0.7, 1.5, 1.5, 0.4)},
+    "open": {"outline": (1, 0.6, 1, 2), "black": (1.2, 2.5, 3, 1), "teeth": (3, 3, 2, 1.2),
+             "tongue": (0.5, 1.5, 2, 0.8), "grid": (0.7, 0.6, 1, 2), "rows": (0.7, 1, 1, 1)},
+    "ear": {"c": (0.7, 1.5, 2.5, 2.5), "inner": (2, 2, 2, 1), "full": (4, 1, 0.2, 0.3),
+            "none": (0.3, 0.2, 0.6, 0.6)},
+    "jaw": {"smooth": (4, 2, 3, 3), "v": (1, 1.5, 0.7, 0.8), "box": (0.8, 1.5, 1, 0.7),
+            "round": (0.5, 0.6, 2, 2), "open": (2, 0.7, 0.2, 0.2)},
+    "crease": {"none": (0.7, 0.7, 2.5, 2), "one": (2, 3, 2, 2), "two": (2, 2, 0.5, 0.6),
+               "all": (2, 0.7, 0.1, 0.1)},
+    "crow": {"none": (1, 1, 2, 2), "ticks": (1, 2, 1, 1), "curves": (2, 1, 0.1, 0.2)},
+    "cheek": {"none": (1, 1.5, 4, 3), "short": (2, 1.5, 0.5, 0.7), "long": (2, 1, 0.3, 0.8)},
+    "chin": {"none": (1, 1.5, 4, 3), "arc": (3, 1.5, 0.5, 0.7), "dimple": (0.5, 0.8, 0.2, 0.2)},
+    "neck": {"lines": (3, 3, 4, 3), "muscle": (2, 0.7, 0, 0), "none": (0.3, 0.5, 0.7, 1.2)},
+    "clothes": {"none": (0.7, 1, 1.5, 2), "slope": (1.5, 1, 2, 1.5), "crew": (1, 1, 2, 1),
+                "v": (1, 0.7, 0.4, 0.5), "shirt": (2, 1.5, 0.5, 0.6), "suit": (1.3, 1, 0.3, 0.2)},
+    "finish": {"outline": (0.6, 1.2, 1.5, 2.5), "black": (1.2, 2.5, 3, 0.8),
+               "strands": (6, 1.5, 0.3, 1.6), "hatch": (1.5, 0.8, 0.3, 0.8),
+               "curls": (0.4, 0.3, 0.4, 0.8)},
+}  # fmt: skip
+# The cut of the hair: odds for a woman, and for a man.
+CUTS: dict[str, tuple[float, float]] = {
+    "bald": (0.15, 1.0), "receding": (0.05, 1.0), "crop": (0.3, 2.5), "short": (0.7, 3.0),
+    "swept": (0.5, 2.2), "fringe": (1.0, 0.8), "bob": (2.5, 0.2), "long": (4.0, 0.35),
+    "bun": (1.0, 0.1), "afro": (0.6, 0.5), "tufts": (0.3, 0.8),
+}  # fmt: skip
+BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
+MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
+GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
+HATS = {"none": 12.0, "cap": 0.4, "brim": 0.4, "beanie": 0.3, "band": 0.4, "scarf": 0.25}
+
+# Controls whose names begin so cannot be seen where a feature is drawn by this convention.
+HIDES: dict[tuple[str, str], tuple[str, ...]] = {
+    ("eye", "dot"): ("squint", "lid_raise"),
+    ("eye", "upper"): ("squint",),
+    ("brow", "none"): ("outer_frontalis",),
+    ("nose", "l"): ("nostril_",), ("nose", "u"): ("nostril_",),
+    ("nose", "side"): ("nostril_",), ("nose", "hook"): ("nostril_",),
+    ("nose", "none"): ("nostril_", "wince"), ("nose", "dots"): ("nostril_flare",),
+    ("mouth", "line"): ("lip_tighten", "lip_lock", "lip_loosen"),
+    ("mouth", "corners"): ("lip_tighten", "lip_lock", "lip_loosen"),
+    ("mouth", "lower"): ("lip_tighten_upper", "lip_lock_upper"),
+    ("crease", "none"): ("nasolabial_deepen", "cheek_suck"),
+    ("crow", "none"): ("outer_squint",),
+    ("jaw", "round"): ("cheek_suck", "cheek_puff", "jaw_forward"),
+    ("jaw", "box"): ("cheek_suck", "cheek_puff"), ("jaw", "open"): ("cheek_suck", "cheek_puff"),
+    ("glasses", "dark"): ("squint", "outer_squint", "blink", "lid_raise"),
+    ("beard", "black"): ("shrug", "cheek_suck", "cheek_puff"),
+    ("beard", "hairs"): ("shrug", "cheek_suck"),
+    ("moustache", "black"): ("lip_loosen_upper", "lip_tighten_upper", "lip_lock_upper"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Artist:
+    """How one artist draws. Lengths are shares of the face's unit, sizes factors of the face's own.
+
+    manner, eye to finish : of MANNERS and CONVENTIONS        cut, beard, moustache, glasses, hat :
+    of CUTS and so on        bold : factor of the pen's width        loose : how far lines are off
+    room : how much larger than the face's own frame the page is
+    eyes, iris_size, brow_size, nose_size, mouth_size, ear_size, jaw_size : factors
+    eye_shift, brow_shift, nose_shift, mouth_shift : (across, down) of the unit
+    wide, tall : factors of the whole head        freckles, earring : whether there are any
+    volume : how far hair stands off the skull    reach : how far it falls, in units
+    parting : where hair parts, -1 to 1, from the picture's left to its right
+    """
+
+    manner: str = "portrait"
+    eye: str = "almond"
+    iris: str = "shine"
+    fold: str = "line"
+    lashes: str = "none"
+    brow: str = "taper"
+    nose: str = "wings"
+    mouth: str = "lips"
+    open: str = "teeth"
+    ear: str = "inner"
+    jaw: str = "smooth"
+    crease: str = "two"
+    crow: str = "ticks"
+    cheek: str = "none"
+    chin: str = "none"
+    neck: str = "lines"
+    clothes: str = "none"
+    finish: str = "outline"
+    cut: str = "short"
+    beard: str = "none"
+    moustache: str = "none"
+    glasses: str = "none"
+    hat: str = "none"
+    freckles: bool = False
+    earring: bool = False
+    bold: float = 1.0
+    loose: float = 0.0
+    room: float = 1.3
+    eyes: float = 1.0
+    iris_size: float = 1.0
+    brow_size: float = 1.0
+    nose_size: float = 1.0
+    mouth_size: float = 1.0
+    ear_size: float = 1.0
+    jaw_size: float = 1.0
+    eye_shift: tuple[float, float] = (0.0, 0.0)
+    brow_shift: tuple[float, float] = (0.0, 0.0)
+    nose_shift: tuple[float, float] = (0.0, 0.0)
+    mouth_shift: tuple[float, float] = (0.0, 0.0)
+    wide: float = 1.0
+    tall: float = 1.0
+    volume: float = 0.12
+    reach: float = 1.5
+    parting: float = 0.0
+
+    def __post_init__(self) -> None:
+        tables: dict[str, Mapping] = {"manner": MANNERS, **CONVENTIONS, **EXTRAS}
+        for name, table in tables.items():
+            value = getattr(self, name)
+            if value not in table:
+                hint = nearest(str(value), tuple(table)) or f"; choose from: {', '.join(table)}"
+                raise ValueError(f"no artist draws the {name} as '{value}'{hint}")
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """The controls that these conventions cannot show, in the order of the catalogue."""
+        stems = [s for (name, how), hides in HIDES.items() if getattr(self, name) == how
+                 for s in hides]  # fmt: skip
+        return tuple(name for name in CONTROL_NAMES if any(_is(name, stem) for stem in stems))
+
+    def styled(self, style: Style) -> Style:
+        """The style in which this artist's lines are drawn: nothing that was meant is left out."""
+        width = float(np.clip(style.width * self.bold, *PENS))
+        return replace(style, width=round(width, 4), dropout=0.0, layers=())
+
+    def to_json(self) -> dict:
+        """All fields, as JSON knows them."""
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in asdict(self).items()}
+
+    @classmethod
+    def from_json(cls, stored: Mapping) -> Artist:
+        """The artist of `to_json`; ValueError for a field that no artist has."""
+        known = tuple(field.name for field in fields(cls))
+        for name in stored:
+            if name not in known:
+                raise ValueError(f"an artist has no '{name}'{nearest(name, known)}")
+        values: dict = {n: tuple(v) if isinstance(v, list) else v for n, v in stored.items()}
+        return cls(**values)
+
+
+EXTRAS: dict[str, Mapping] = {"cut": CUTS, "beard": BEARDS, "moustache": MOUSTACHES,
+                              "glasses": GLASSES, "hat": HATS}  # fmt: skip
+
+
+def _is(name: str, stem: str) -> bool:
+    """Whether a control is this one, one of its sides, or of a family that ends in _."""
+    return name == stem or name.startswith(stem if stem.endswith("_") else f"{stem}_")
+
+
+def sample_artist(
+    rng: np.random.Generator, identity: Mapping[str, float], manner: str | None = None
+) -> Artist:
+    """A random artist for a sitter: whom beards and hats become is decided by `identity`.
+
+    manner : of MANNERS, else by their odds. Raises ValueError for another name.
+    """
+    if manner is not None and manner not in MANNERS:
+        raise ValueError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
+    order = tuple(MANNERS)
+    manner = manner or _lot(rng, MANNERS)
+    chosen = {}
+    for name, table in CONVENTIONS.items():
+        of = order.index(manner if rng.random() > BORROWS else _lot(rng, MANNERS))
+        chosen[name] = _lot(rng, {how: odds[of] for how, odds in table.items()})
+    man = float(identity.get("gender", 0.5))
+    age = float(identity.get("age", 0.0))
+    cuts = {cut: (1 - man) * woman + man * odds for cut, (woman, odds) in CUTS.items()}
+    cuts["receding"] *= 0.4 + 2 * age
+    cuts["bald"] *= 0.4 + 1.5 * age
+    bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1)
+    # How much is exaggerated: a portrait hardly, a cartoon much.
+    much, big = MUCH[manner], BIG[manner]
+
+    def near(middle: float, spread: float) -> float:
+        return round(float(np.clip(middle * np.exp(much * spread * rng.normal()), 0.55, 1.9)), 3)
+
+    def within(low: float, high: float, digits: int) -> float:
+        return round(float(rng.uniform(low, high)), digits)
+
+    def shift(across: float, along: float) -> tuple[float, float]:
+        a, b = np.clip(much * rng.normal(0, (across, along)), -0.06, 0.06)
+        return round(float(a), 4), round(float(b), 4)
+
+    cut = _lot(rng, cuts)
+    reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
+    return Artist(
+        manner=manner, **chosen, cut=cut,
+        beard=_lot(rng, BEARDS) if bearded else "none",
+        moustache=_lot(rng, MOUSTACHES) if bearded else "none",
+        glasses=_lot(rng, GLASSES), hat=_lot(rng, HATS),
+        freckles=bool(rng.random() < 0.04), earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
+        bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
+        room=within(1.05, 1.5, 3),
+        eyes=near(big, 0.1), iris_size=near(1.05, 0.08), brow_size=near(1.0, 0.22),
+        nose_size=near(1.0 / big**0.6, 0.12), mouth_size=near(1.0, 0.1), ear_size=near(1.0, 0.15),
+        jaw_size=near(1.0, 0.05),
+        eye_shift=shift(0.012, 0.025), brow_shift=shift(0.01, 0.025), nose_shift=shift(0.015, 0.03),
+        mouth_shift=shift(0.015, 0.025), wide=near(1.0, 0.045), tall=near(1.0, 0.045),
+        volume=within(0.05, 0.3, 3), reach=round(float(reach), 3),
+        parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
+    )  # fmt: skip
+
+
+def _lot(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
+    share = np.array(list(odds.values()), float)
+    return str(rng.choice(list(odds), p=share / share.sum()))

@@ -1,0 +1,125 @@
+"""Mouths by an artist's conventions: closed ones as lines or lips, open ones as black shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .artist import Artist
+from .canvas import Canvas
+from .shapes import Points, part, smooth
+from .sitter import Sitter
+
+OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth is open
+FINE = 41
+
+
+class Mouth:
+    """The mouth on the page, all lines from the picture's left corner to its right one.
+
+    upper, lower : inner rims        outer_upper, outer_lower : borders of the lips
+    line : between the lips        opening : widest gap, as a share of the width
+    """
+
+    def __init__(self, sitter: Sitter) -> None:
+        self.upper, self.lower = (
+            smooth(sitter.curves[f"rim_{e}"], FINE) for e in ("upper", "lower")
+        )
+        self.outer_upper, self.outer_lower = (
+            smooth(sitter.curves[f"lip_{e}"][::2], FINE) for e in ("upper", "lower")
+        )
+        self.width = max(float(np.hypot(*(self.upper[-1] - self.upper[0]))), 1e-6)
+        gap = (self.lower - self.upper) @ sitter.down
+        self.opening = float(gap.max()) / self.width
+        self.line = (self.upper + self.lower) / 2
+        # Rims that pass each other are pressed together.
+        crossed = gap < 0
+        self.upper[crossed] = self.lower[crossed] = self.line[crossed]
+        self.open = self.opening > OPEN
+
+    def hole(self) -> Points:
+        """The outline of what is between the lips."""
+        return np.concatenate([self.upper, self.lower[::-1]])
+
+
+def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
+    mouth = Mouth(sitter)
+    lips = artist.mouth in ("lips", "dark")
+    if mouth.open:
+        _open(canvas, sitter, artist, mouth)
+    else:
+        bold = {"lips": 1.0, "dark": 1.0}.get(artist.mouth, 1.15)
+        canvas.line("mouth", mouth.line, bold, within=True)
+        if artist.mouth in ("lower", "corners", "lips") and canvas.rng.random() < 0.5:
+            middle = part(mouth.line, 0.38, 0.62)
+            canvas.line("mouth", middle, 1.5, within=True)
+    if lips:
+        soft = canvas.rng.uniform(0.5, 1.0)
+        canvas.line("lip", mouth.outer_upper, 0.8, soft, within=True)
+        canvas.line("lip", part(mouth.outer_lower, 0.08, 0.92), 0.8, soft, within=True)
+    if artist.mouth == "dark" and not mouth.open:
+        shape = np.concatenate([mouth.outer_upper, mouth.line[::-1]])
+        canvas.blacken(shape, angle=1.3, sparse=1.8, kind="hatch", within=True)
+    if artist.mouth == "lower" or (artist.mouth == "line" and canvas.rng.random() < 0.25):
+        under = part(mouth.outer_lower, 0.3, 0.7) + 0.01 * sitter.unit * sitter.down
+        canvas.line("lip", under, 0.8, 0.8, within=True)
+    if artist.mouth == "corners":
+        for k, way in ((0, -1), (-1, 1)):
+            corner = mouth.line[k]
+            tick = np.array([[-0.2, -0.5], [0.25, 0.0], [0.1, 0.5]]) * [way, 1] * 0.07 * sitter.unit
+            points = corner + tick[:, :1] * sitter.right + tick[:, 1:] * sitter.down
+            canvas.line("mouth", smooth(points, 9), 0.9, within=True)
+
+
+def _open(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
+    """An open mouth: its outline, and what its convention puts inside."""
+    how = artist.open
+    tall = float(((mouth.lower - mouth.upper) @ sitter.down).max())
+    if tall < 4 and how in ("grid", "rows", "tongue"):
+        how = "outline"
+    # Where no lips are drawn around it, the outline of the hole is the mouth.
+    bold = 0.9 if artist.mouth in ("lips", "dark") else 1.15
+    canvas.line("mouth", mouth.upper, bold)
+    canvas.line("mouth", mouth.lower, bold)
+    if how == "outline":
+        return
+    teeth = _edge(sitter, mouth, canvas.rng.uniform(0.22, 0.42))
+    gum = _edge(sitter, mouth, canvas.rng.uniform(0.75, 0.9))
+    if how == "black":
+        canvas.fill(mouth.hole())
+    elif how == "teeth":
+        canvas.line("mouth", part(teeth, 0.04, 0.96), 0.8)
+        canvas.fill(np.concatenate([teeth, mouth.lower[::-1]]))
+        if canvas.rng.random() < 0.3:
+            _gaps(canvas, mouth.upper, teeth)
+    elif how == "tongue":
+        canvas.line("mouth", part(teeth, 0.04, 0.96), 0.8)
+        t = np.linspace(0, 1, FINE)
+        hump = np.clip(np.sin(np.pi * np.clip((t - 0.2) / 0.6, 0, 1)), 0, 1)[:, None]
+        tongue = mouth.lower + hump * 0.55 * (teeth - mouth.lower)
+        canvas.line("mouth", part(tongue, 0.2, 0.8), 0.8)
+        canvas.fill(np.concatenate([teeth, tongue[::-1]]))
+    elif how == "rows":
+        canvas.line("mouth", part(teeth, 0.05, 0.95), 0.8)
+        canvas.line("mouth", part(gum, 0.1, 0.9), 0.8)
+        canvas.fill(np.concatenate([teeth, gum[::-1]]))
+    else:
+        middle = _edge(sitter, mouth, 0.5)
+        canvas.line("mouth", part(middle, 0.02, 0.98), 0.8)
+        _gaps(canvas, mouth.upper, mouth.lower)
+
+
+def _edge(sitter: Sitter, mouth: Mouth, share: float) -> Points:
+    """A line across the opening, a share of the way down, flatter than the lower lip."""
+    gap = (mouth.lower - mouth.upper) @ sitter.down
+    flat = np.minimum(share * gap.max(), 0.94 * gap)
+    return mouth.upper + flat[:, None] * sitter.down
+
+
+def _gaps(canvas: Canvas, upper: Points, lower: Points) -> None:
+    """Lines between teeth, nearer to each other toward the corners."""
+    count = int(canvas.rng.integers(5, 10))
+    t = 0.5 + 0.46 * np.sin(np.linspace(-1.3, 1.3, count))
+    k = (t * (len(upper) - 1)).astype(int)
+    for a, b in zip(upper[k], lower[k], strict=True):
+        if np.hypot(*(b - a)) > 2.5:
+            canvas.line("mouth", np.stack([a, (a + b) / 2, b]), 0.6, 0.9, loose=0.5)
