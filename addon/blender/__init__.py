@@ -9,7 +9,6 @@ import gc
 import sys
 from importlib import invalidate_caches
 from importlib.util import find_spec
-from pathlib import Path
 
 bl_info = {
     "name": "Sketch to Face",
@@ -21,33 +20,32 @@ bl_info = {
     "category": "Mesh",
 }
 
-_BUNDLED_CORE = Path(__file__).parent / "core"
-_CORE = ("addon", "classifiers", "dataset_gen", "facs_rig", "snakes")  # packages of ours
 
-
-def _forget() -> None:
+def _forget_shell() -> bool:
     """Drop the modules of an installation that this one has just replaced: Blender goes on running.
 
-    Blender itself forgets an extension's own modules, but not its wheels, and an add-on's neither.
+    An add-on's modules stay when it is removed. True if there were any.
     """
     inside = f"{__name__}."
-    old = [n for n in sys.modules if n.partition(".")[0] in _CORE or n.startswith(inside)]
+    old = [name for name in sys.modules if name.startswith(inside)]
     for name in old:
-        # `from . import part` would take it from here
-        globals().pop(name.removeprefix(inside), None)
+        globals().pop(name.removeprefix(inside), None)  # `from . import part` would take it
         del sys.modules[name]
-    if old:
-        # Now, on Blender's own thread: its classes must not be cleared away by a thread of work.
-        gc.collect()
     invalidate_caches()
+    return bool(old)
 
 
-def _find_core() -> bool:
-    """Make the core importable, or say in one sentence what is missing.
+_replaced = _forget_shell()
 
-    Blender puts an extension's wheels on the path by itself. Before 4.2 nobody does, so the
-    add-on for those versions brings the core in a folder of its own. It goes to the end of the
-    path: what Blender or the artist has installed wins. Returns whether that folder is used.
+import bpy  # noqa: E402
+
+from . import own_core, right_zip  # noqa: E402
+
+
+def _load_core(replaced: bool) -> None:
+    """Load the core that came with this shell; ImportError, one sentence, says what is missing.
+
+    replaced : whether another installation was here when Blender started
     """
     if wrong := right_zip.complaint(bpy.app.version):
         raise ImportError(wrong, name=__name__)
@@ -57,26 +55,16 @@ def _find_core() -> bool:
             "Blender's Python (Debian and Ubuntu: apt install python3-numpy).",
             name=__name__,
         )
-    if find_spec("snakes") is not None:
-        return False
-    if not _BUNDLED_CORE.is_dir():
-        raise ImportError(
-            "Sketch to Face cannot find its own core: install the zip file that `make addon` "
-            "builds instead of this folder.",
-            name=__name__,
-        )
-    sys.path.append(str(_BUNDLED_CORE))
-    return True
+    folder = own_core.home()
+    if __name__.partition(".")[0] not in own_core.PACKAGES:  # installed, not in a checkout
+        replaced |= own_core.forget(folder)
+    if replaced:
+        # Now, on Blender's own thread: its classes must not be cleared away by a thread of work.
+        gc.collect()
+    own_core.load(folder)
 
 
-if __name__.partition(".")[0] not in _CORE:  # installed, not in a checkout
-    _forget()
-
-import bpy  # noqa: E402
-
-from . import right_zip  # noqa: E402
-
-_bundled = _find_core()
+_load_core(_replaced)
 
 from . import operators, panels  # noqa: E402  (the core must be found first)
 from .background import live, tasks  # noqa: E402
@@ -103,8 +91,7 @@ glTF2_pre_export_callback = operators.export.before_gltf  # noqa: N816  (Blender
 
 def register() -> None:
     """Add the tab and its operators to Blender: each module's classes, then what else it needs."""
-    if _bundled and str(_BUNDLED_CORE) not in sys.path:  # enabled again after unregister
-        sys.path.append(str(_BUNDLED_CORE))
+    own_core.add_bundled()
     for module in _MODULES:
         for cls in getattr(module, "CLASSES", ()):
             bpy.utils.register_class(cls)
@@ -120,5 +107,4 @@ def unregister() -> None:
         for cls in reversed(getattr(module, "CLASSES", ())):
             bpy.utils.unregister_class(cls)
     session.clear()
-    if _bundled and str(_BUNDLED_CORE) in sys.path:
-        sys.path.remove(str(_BUNDLED_CORE))
+    own_core.take_bundled_away()

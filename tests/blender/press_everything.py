@@ -380,9 +380,15 @@ def main() -> None:
     (FOLDER / "result.json").write_text(json.dumps(told))
 
 
-try:
-    main()
-except BaseException:
-    traceback.print_exc()
-    sys.stdout.flush()
-    os._exit(1)  # whatever Blender makes of errors in scripts
+def guarded(work) -> None:
+    """Whatever Blender makes of errors in scripts, they end it."""
+    try:
+        work()
+    except BaseException:
+        traceback.print_exc()
+        sys.stdout.flush()
+        os._exit(1)
+
+
+if __name__ == "__main__":
+    guarded(main)

@@ -36,6 +36,7 @@ from .zips import BLENDERS, Blender, older_zip, top_level
 PLATFORM = "linux-x64"
 CACHE = ROOT / "build" / "wheels"
 PRESS = Path(__file__).with_name("press_everything.py")
+STRANGERS = Path(__file__).with_name("strangers.py")
 PREVIOUS, LATEST, LEGACY = wheels.SERIES
 # The oldest and the newest numpy that comes with a Blender of this Python.
 BLENDERS_NUMPY = {"3.11": ("1.24.3", "1.26.4"), "3.13": ("2.2.0", "2.4.0")}
@@ -374,6 +375,25 @@ def without(archive: Path, package: str, path: Path) -> Path:
     lines = content[manifest].decode().splitlines()
     content[manifest] = "\n".join(n for n in lines if Path(gone).name not in n).encode()
     return write_zip(path, content)
+
+
+# --- packages of the same names ---------------------------------------------------------------
+
+
+@pytest.mark.slow
+@INSTALLED
+@pytest.mark.parametrize(("case", "says"), [
+    ("found", "Info: smiling_woman"),
+    ("loaded", r"cannot start: '.*others.snakes.__init__\.py' is loaded as 'snakes'"),
+    ("unpacked", r"cannot start: .*snakes.__init__\.py is missing or not its own"),
+])  # fmt: skip
+def test_no_other_addon_or_snakes_is_taken_for_ours(built, tmp_path, version, series, case, says):
+    if case == "unpacked" and series.legacy:
+        return  # there the core lies in the add-on's own folder
+    blender = started(version, tmp_path / "home")
+    done = blender.run(STRANGERS, blender.kind, built(series), case, SKETCH, tmp_path)
+    said = done.stdout + done.stderr
+    assert done.returncode == 0 and re.search(says, said), said[-5000:]
 
 
 # --- the wrong zip --------------------------------------------------------------------------------
