@@ -1,9 +1,9 @@
-"""The lines of a face, and how far they lie from the lines of a sketch, in pixels."""
+"""How far the lines of a face lie from those of a sketch, in pixels."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
 
@@ -11,15 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from dataset_gen import draw_strokes
-from facs_rig import Camera, FaceRig
-from snakes import HEAD, Lines, SurfaceLines, unmatched_lines
+from addon.strategies import Fitted
+from facs_rig import Camera, FaceParameters, FaceRig
+from snakes import (
+    WORKING_SIZE,
+    Lines,
+    SurfaceLines,
+    centre_lines,
+    face_contours,
+    face_lines,
+    head_box,
+    unmatched_lines,
+)
+from snakes.face_lines import EVERY, INNER
 
-INNER = ("suggestive", "valley")  # kinds of lines that one drawing shows and another does not
-EVERY = ("contour", *INNER)
-SPACING = 0.008  # of the head's height, between the points of lines that are fitted
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
-LAYERS = ("brow", "iris", "lip")  # what is painted on a face that is measured
 Box = tuple[float, float, float, float]
 
 
@@ -90,80 +96,23 @@ def contour_error(ruler: Ruler, points: NDArray) -> float:
     return float(to_sketch + to_model) / 2 * ruler.cell
 
 
-def face_lines(
-    rig: FaceRig,
-    posed: NDArray,
-    camera: Camera,
-    kinds: tuple[str, ...] = ("contour", "suggestive"),
-    detail: int = 1,
-    step: float = 1.0,
-) -> SurfaceLines:
-    """The visible lines of a posed face (n, 3): of these kinds, and LAYERS.
-
-    step : pixels between the points of a line
-    """
-    found: list[tuple] = []
-    for stroke in draw_strokes(rig, posed, camera, detail, LAYERS, kinds):
-        if stroke.surface is None:
-            continue
-        steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
-        way = np.concatenate([[0], np.cumsum(steps)])
-        at = np.unique(np.searchsorted(way, np.arange(0, way[-1], step)))
-        ahead = np.gradient(stroke.points, axis=0)[at]
-        ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
-        triangle, weights = (part[at] for part in stroke.surface)
-        found.append((stroke.points[at], ahead, triangle, weights, stroke.kind))
-    if not found:
-        nothing = np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.intp), np.zeros((0, 3))
-        points, along, triangle, weights = nothing
-    else:
-        points, along, triangle, weights = (
-            np.concatenate(part) for part in list(zip(*found, strict=True))[:4]
-        )
-    starts = np.cumsum([0, *(len(line[0]) for line in found)])
-    kinds_of = np.array([line[4] for line in found], dtype=str)
-    return SurfaceLines(Lines(points, along), starts, triangle, weights, kinds_of)
-
-
-def contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
-    """The lines that nearly every drawing has: outlines, brows, irises, lips.
-
-    They are drawn in pixels half as large as their points are apart.
-    """
-    step = max(SPACING * HEAD * camera.scale[0], 1.0)
-    pixel = max(step / 2, 1.0)
-    coarse = replace(
-        camera,
-        width=math.ceil(camera.width / pixel),
-        height=math.ceil(camera.height / pixel),
-        scale=(camera.scale[0] / pixel, camera.scale[1] / pixel),
-        centre=(camera.centre[0] / pixel, camera.centre[1] / pixel),
-    )
-    found = face_lines(rig, posed, coarse, kinds=("contour",), step=step / pixel)
-    return replace(found, lines=Lines(found.lines.points * pixel, found.lines.along))
-
-
 @dataclass(frozen=True)
 class Comparison:
     """A fitted face held against its sketch: worked out when it is asked for, once.
 
-    drawing : (h, w), 1 is paper      drawn : its lines
-    box, reach : as for `ruler`
-    fitted : (n, 3) metres, the fitted face, and `camera`, that of the drawing
-    template : (n, 3), the face before anything was read from the drawing, and its own camera
-    before : lines of the face as it does what was read, before its skin was moved
+    drawing : (h, w), 1 is paper      fitted : the face that a method has found
+    template : the face before anything but its head's turn was read from the drawing
+    place : finds the camera for a face, as the fit's was found before it began
+    max_delta : as Tweakables has it; every distance is cut there
     seconds : what was worked out -> how long it took
     """
 
     drawing: NDArray
-    drawn: Lines
-    box: Box
-    reach: float
     rig: FaceRig
-    fitted: NDArray
-    camera: Camera
-    template: tuple[NDArray, Camera]
-    before: Lines
+    fitted: Fitted
+    template: FaceParameters
+    place: Callable[[FaceParameters], Camera]
+    max_delta: float
     seconds: dict[str, float] = field(default_factory=dict)
 
     @cached_property
@@ -171,9 +120,15 @@ class Comparison:
         """template, expression, fitted -> `contour_error`, pixels of the drawing."""
         after = self._lines.without(INNER)
         start = perf_counter()
-        measured = ruler(self.drawing, self.box, self.reach)
-        template = contours(self.rig, *self.template).lines
-        lines = {"template": template, "expression": self.before, "fitted": after}
+        template = self.rig.pose(self.template), self.place(self.template)
+        box = head_box(*template)
+        reach = self.max_delta * (box[3] - box[1]) / WORKING_SIZE[1]
+        measured = ruler(self.drawing, box, reach)
+        lines = {
+            "template": face_contours(self.rig, *template).lines,
+            "expression": self._model,
+            "fitted": after,
+        }
         found = {name: contour_error(measured, line.points) for name, line in lines.items()}
         self.seconds["errors"] = perf_counter() - start
         return found
@@ -183,14 +138,29 @@ class Comparison:
         """What of the drawing has no place on the face; (k, 2) pixels of the drawing each."""
         lines = self._lines.lines
         start = perf_counter()
-        found = unmatched_lines(self.drawn, lines, self.camera)
+        found = unmatched_lines(self.drawn, lines, self.fitted.camera)
         self.seconds["unmatched"] = perf_counter() - start
         return found
+
+    @cached_property
+    def drawn(self) -> Lines:
+        """The middle of every stroke within the head's box."""
+        known = self.fitted.drawn
+        return centre_lines(self.drawing, self.fitted.box) if known is None else known
+
+    @property
+    def _model(self) -> Lines:
+        """The lines of the face as it does what was read, before its skin was moved."""
+        fitted = self.fitted
+        if fitted.model is not None:
+            return fitted.model
+        return face_contours(self.rig, self.rig.pose(fitted.parameters), fitted.camera).lines
 
     @cached_property
     def _lines(self) -> SurfaceLines:
         """All lines of the fitted face, as many kinds as can be drawn."""
         start = perf_counter()
-        found = face_lines(self.rig, self.fitted, self.camera, kinds=EVERY, detail=2)
+        vertices, camera = self.fitted.vertices, self.fitted.camera
+        found = face_lines(self.rig, vertices, camera, kinds=EVERY, detail=2)
         self.seconds["lines"] = perf_counter() - start
         return found

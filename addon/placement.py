@@ -7,7 +7,6 @@ or two pins that no face can have are refused in a sentence, before anything is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,7 @@ from addon.accepted import SketchError
 from addon.drawing import Drawing
 from classifiers.preprocess import Crop
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
-from snakes import HEAD, SurfaceLines, align, head_box, parse_box
-from snakes.lines import Draw
+from snakes import HEAD, align, head_box, parse_box
 
 Box = tuple[float, float, float, float]
 Places = Mapping[str, tuple[float, float]]
@@ -27,7 +25,6 @@ ON_PAGE = 0.5  # of a head's box; the crown or the neck may be cut off
 SLIMMEST = 3.0  # times as long as wide, or as wide as long
 LEAST_INK = 2e-4  # share of the box, as of a page
 FARTHEST = 0.5  # heads around the head that was found, where its pins may be
-ROOM = 2.0  # times as large or small as it was found, a head becomes by its pins
 APART = 0.25  # heads between a pin and its place on the fitted face
 
 
@@ -104,15 +101,7 @@ def camera_for(
     try:
         return align(drawing.image, rig, parameters, {**landmarks, **pinned})
     except ValueError:
-        raise _apart(pins) from None
-
-
-def within_room(draw: Draw, start: Camera, pins: Places) -> Draw:
-    """`draw`, but a face that pins blow up or crush is refused before it is drawn.
-
-    start : the camera from which the fit sets out
-    """
-    return partial(_draw_within, draw, start, pins) if pins else draw
+        raise apart(pins) from None
 
 
 def check_pins(rig: FaceRig, vertices: NDArray, camera: Camera, pins: Places) -> None:
@@ -126,18 +115,11 @@ def check_pins(rig: FaceRig, vertices: NDArray, camera: Camera, pins: Places) ->
     there = camera.project(vertices[rows])[:, :2]
     off = np.linalg.norm(there - np.array(list(pins.values())), axis=1)
     if off.max() > APART * HEAD * camera.scale[0]:
-        raise _apart(pins)
+        raise apart(pins)
 
 
-def _draw_within(
-    draw: Draw, start: Camera, pins: Places, posed: NDArray, camera: Camera
-) -> SurfaceLines:
-    if not 1 / ROOM <= camera.scale[0] / start.scale[0] <= ROOM:  # not-a-number neither
-        raise _apart(pins)
-    return draw(posed, camera)
-
-
-def _apart(pins: Places) -> SketchError:
+def apart(pins: Places) -> SketchError:
+    """What to say where no face can have all its pins."""
     names = ", ".join([*pins][:4]) + (", …" if len(pins) > 4 else "")
     if len(pins) == 1:
         return SketchError(

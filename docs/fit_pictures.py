@@ -11,14 +11,13 @@ from PIL import Image, ImageDraw
 
 from addon import pipeline
 from addon.drawing import Drawing
-from addon.measure import face_lines
 from addon.preview import paint
 from addon.sheet import captioned, grid
 from dataset_gen import Style, draw_strokes
 from dataset_gen.generate import make_sample
 from dataset_gen.linework import ink
 from facs_rig import Camera
-from snakes import fit_offsets, head_box
+from snakes import face_lines, fit_offsets, head_box
 
 SKETCHES = Path(pipeline.__file__).parent / "sketches"
 HEIGHT = 420

@@ -1,10 +1,11 @@
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
 from .contours import head_box
 from .engraving import engrave
+from .face_lines import face_contours, face_lines
 from .fit import Fit, fit_offsets
 from .line_fit import LineFit, fit_lines, unmatched_lines
-from .lines import Lines, SurfaceLines, centre_lines, polylines
-from .shape import HEAD, Evidence
+from .lines import HEAD, Lines, SurfaceLines, centre_lines, polylines
+from .shape import Evidence, PinsApart
 from .strokes import carvable
 from .tweakables import (
     DEEPEST,
@@ -27,6 +28,7 @@ __all__ = [
     "Fit",
     "LineFit",
     "Lines",
+    "PinsApart",
     "SurfaceLines",
     "Tweakables",
     "align",
@@ -36,6 +38,8 @@ __all__ = [
     "centre_lines",
     "describe",
     "engrave",
+    "face_contours",
+    "face_lines",
     "fit_lines",
     "fit_offsets",
     "head_box",

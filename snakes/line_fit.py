@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
 
-from .contours import head_box
+from .contours import Box, head_box
 from .deltas import runs
-from .lines import Draw, Lines, SurfaceLines, centre_lines, nearest_lines, paths
+from .face_lines import face_contours
+from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
-from .shape import HEAD, Evidence, fit_shape
+from .shape import Evidence, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables
 
 __all__ = ["LineFit", "fit_lines", "unmatched_lines"]
@@ -39,15 +40,17 @@ class LineFit:
 
     parameters, camera : with identity, head and intensities as the lines have them
     offsets : (n, 3) float32, metres, head upright, for FaceRig.shape
-    drawn : the drawing's lines      model : the face's, before the offsets
+    box : (left, top, right, bottom) pixels of the drawing, where its lines were looked for
+    drawn : these lines      model : the face's before the offsets; None where it has none
     timings_s : seconds for each step
     """
 
     parameters: FaceParameters
     camera: Camera
     offsets: NDArray[np.float32]
+    box: Box
     drawn: Lines
-    model: SurfaceLines
+    model: SurfaceLines | None
     timings_s: dict[str, float]
 
 
@@ -57,18 +60,17 @@ def fit_lines(
     parameters: FaceParameters,
     camera: Camera,
     evidence: Evidence,
-    draw: Draw,
     tweakables: Tweakables | None = None,
     pull: bool = True,
 ) -> LineFit:
     """Fit a face to a drawing (h, w; 1 is paper).
 
     parameters, camera : as detected and aligned      evidence : what else is known of the drawing
-    draw : the lines of a posed face that a drawing mostly shows
     tweakables : LINE_TWEAKABLES of them count
     pull : False leaves the skin as the parameters shape it, smooth, with offsets of 0
 
-    Raises ValueError when the drawing and the camera differ in size or the face is out of sight.
+    Raises ValueError when the drawing and the camera differ in size or the face is out of sight,
+    and its PinsApart where no face can have all pins.
     """
     settings = tweakables or Tweakables()
     if drawing.shape != (camera.height, camera.width):
@@ -80,10 +82,10 @@ def fit_lines(
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
     laps.append(time.perf_counter())
-    parameters, camera = fit_shape(drawn, rig, parameters, camera, evidence, draw)
+    parameters, camera = fit_shape(drawn, rig, parameters, camera, evidence)
     laps.append(time.perf_counter())
-    model = draw(rig.pose(parameters), camera)
-    if pull:
+    model = face_contours(rig, rig.pose(parameters), camera) if pull else None
+    if model:
         most = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
         length = settings.soft_select_distance / 100
         offsets = pull_skin(
@@ -97,7 +99,7 @@ def fit_lines(
     laps.append(time.perf_counter())
     steps = ("lines", "shape", "skin")
     timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))
-    return LineFit(parameters, camera, offsets.astype(np.float32), drawn, model, timings)
+    return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, timings)
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,15 +13,15 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 from skimage.morphology import skeletonize
 
-from facs_rig import Camera
-
 from .contours import Box, binarise, working_drawing
 
 __all__ = [
-    "Draw", "Lines", "SurfaceLines", "centre_lines", "directions", "nearest_lines", "paths",
+    "HEAD", "Lines", "SurfaceLines", "centre_lines", "directions", "nearest_lines", "paths",
     "polylines", "spacing",
 ]  # fmt: skip
 
+HEAD = 0.24
+"""Metres from chin to crown: the unit in which distances are weighed."""
 HEIGHT = 320
 """Rows in which the head's box is looked at."""
 NEIGHBOURS = 9
@@ -65,10 +65,6 @@ class SurfaceLines:
         """The points of all lines but those of some kinds."""
         kept = np.repeat(~np.isin(self.kinds, list(kinds)), np.diff(self.starts))
         return Lines(self.lines.points[kept], self.lines.along[kept])
-
-
-Draw = Callable[[NDArray[np.floating], Camera], SurfaceLines]
-"""Draws posed vertices (n, 3) as a camera sees them."""
 
 
 def centre_lines(drawing: NDArray[np.floating], box: Box) -> Lines:

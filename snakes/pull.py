@@ -21,9 +21,9 @@ from facs_rig.identity import target_weights
 from facs_rig.rotation import rotation
 
 from .field import smooth_field
-from .lines import Lines, SurfaceLines, nearest_lines
+from .lines import HEAD, Lines, SurfaceLines, nearest_lines
 from .parts import carry_parts, keep_lids_on_eyes
-from .shape import HEAD, skull_triangles, under_hair
+from .shape import skull_triangles, under_hair
 
 __all__ = ["pull_skin", "settle"]
 

@@ -23,9 +23,14 @@ from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, IDENTITY, target_weights
 from facs_rig.rotation import rotation
 
-from .lines import Draw, Lines, nearest_lines
+from .face_lines import face_contours
+from .lines import HEAD, Lines, nearest_lines
 
-__all__ = ["HEAD", "Evidence", "fit_shape", "skull_triangles", "under_hair"]
+__all__ = ["Evidence", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
+
+
+class PinsApart(ValueError):
+    """No face can have its landmarks where they are pinned."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +48,6 @@ class Evidence:
     settled: frozenset[str] = frozenset()
 
 
-HEAD = 0.24
-"""Metres from chin to crown: the unit in which distances are weighed."""
 STEPS = (0.05, 0.03, 0.018)
 """How far, as a share of the head, a line looks for its own in each step."""
 TURN = 1.0
@@ -57,6 +60,8 @@ LEAST_SPREAD = 0.008
 """Of a landmark, as a share of the head."""
 PINNED = 0.002
 """How far off a pin may be, as a share of the head."""
+ROOM = 2.0
+"""How many times as large or small as it was found a head may become by its pins."""
 LANDMARKS_KNOW = 45.0
 """So many independent landmarks know as much as all."""
 SPREAD = {"gender": 0.35, "age": 0.3, "weight": 0.4, "african": 0.3, "asian": 0.3, "caucasian": 0.3}
@@ -83,15 +88,15 @@ def fit_shape(
     parameters: FaceParameters,
     camera: Camera,
     evidence: Evidence,
-    draw: Draw,
     steps: Sequence[float] = STEPS,
 ) -> tuple[FaceParameters, Camera]:
     """Identity, head, intensities and camera with which a face's lines lie on those of a drawing.
 
     drawn : lines of the drawing      parameters, camera : where to begin; an orthographic camera
-    draw : draws a posed face         steps : reach of each step, as a share of the head
+    steps : reach of each step, as a share of the head
 
-    Without lines the landmarks alone decide.
+    Without lines the landmarks alone decide. Raises PinsApart where pins blow the face up or crush
+    it.
     """
     guess = _Guess.of(parameters, camera, evidence.settled)
     values = guess.start(parameters)
@@ -103,8 +108,10 @@ def fit_shape(
     pinned = np.array([name in evidence.pins for name in marks], dtype=bool)
     spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
     skull = skull_triangles(rig)
+    start = camera
     for reach in (0.0, *steps):
         parameters, camera = guess.face(values, parameters, camera)
+        _check_room(camera, start, evidence.pins)
         head = HEAD * camera.scale[0]
         system = _System(guess, values)
         jacobian, here = _moves(rig, fixed, guess, parameters, camera)
@@ -117,7 +124,7 @@ def fit_shape(
         for axis in range(2):
             system.add(jacobian[:, :, axis].T / head, off[:, axis], weight)
         if reach and len(drawn.points):
-            model = draw(rig.pose(parameters), camera)
+            model = face_contours(rig, rig.pose(parameters), camera)
             pair, away = nearest_lines(drawn, model.lines, TURN * reach * head, 1.5 * reach * head)
             some = np.flatnonzero(pair >= 0)
             if len(some):
@@ -134,7 +141,16 @@ def fit_shape(
                 sure = sure * np.where(hair, HAIRY, 1.0)
                 system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
         values = system.solve()
-    return guess.face(values, parameters, camera)
+    parameters, camera = guess.face(values, parameters, camera)
+    _check_room(camera, start, evidence.pins)
+    return parameters, camera
+
+
+def _check_room(camera: Camera, start: Camera, pins: Mapping[str, tuple[float, float]]) -> None:
+    """PinsApart for a face that grew or shrank too much, before it is drawn in its size."""
+    # A scale that is not a number fails, too.
+    if pins and not 1 / ROOM <= camera.scale[0] / start.scale[0] <= ROOM:
+        raise PinsApart("no face can have its landmarks where they are pinned")
 
 
 @dataclass(frozen=True)

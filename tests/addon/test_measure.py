@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from addon.measure import contour_error, face_lines, ruler
+from addon.measure import contour_error, ruler
 from facs_rig import Camera, FaceParameters, load_rig
+from snakes import face_lines
 
 
 def page(rows, size=100):

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from addon import cli, pipeline
+from addon import cli
 from addon.pipeline import METHODS, FitOptions, fit, read_expression, report
 from addon.sketches.render import FOLDER as SKETCHES
+from addon.strategies import LEAST_FACE
 from classifiers import load_detector
 from facs_rig import CONTROL_NAMES
 
@@ -58,7 +59,7 @@ def test_it_counts_where_no_face_was_recognised():
     box = "60,40,240,260"
     wanted = {name: 3.0 if name == "pucker" else 0.0 for name in CONTROL_NAMES}
     face = fit(page, FitOptions(align=box, expression=wanted))
-    assert face.detection.face_probability < pipeline.LEAST_FACE
+    assert face.detection.face_probability < LEAST_FACE
     assert dict(face.parameters.aus) == {"pucker": 3.0}
 
 

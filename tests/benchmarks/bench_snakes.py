@@ -15,7 +15,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import statistics  # noqa: E402
 import sys  # noqa: E402
 import time  # noqa: E402
-from functools import partial  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -23,7 +22,6 @@ from skimage.segmentation import active_contour  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from addon.measure import face_lines  # noqa: E402
 from dataset_gen import draw_strokes
 from dataset_gen.linework import ink
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig  # noqa: E402
@@ -33,6 +31,8 @@ from snakes import (  # noqa: E402
     Tweakables,
     carvable,
     engrave,
+    face_contours,
+    face_lines,
     fit_lines,
     fit_offsets,
     unmatched_lines,
@@ -66,10 +66,9 @@ def main() -> None:
     begin = rig.pose(parameters)
     marks = dict(zip(LANDMARKS, camera.project(drawn[rig.landmarks]), strict=True))
     evidence = Evidence(marks, dict.fromkeys(marks, 5.0))
-    contours = partial(face_lines, rig, kinds=("contour",), step=4.0)
 
     def ours():
-        return fit_lines(drawing, rig, parameters, camera, evidence, contours)
+        return fit_lines(drawing, rig, parameters, camera, evidence)
 
     def thesis():
         return fit_offsets(drawing, rig, parameters, camera)
@@ -84,7 +83,7 @@ def main() -> None:
         print(f"{'total':>10} {1e3 * total:8.1f} ms")
         if name == "lines":
             found = fits[-1]
-    model = contours(begin, camera)
+    model = face_contours(rig, begin, camera)
     reach = (0.012 * HEAD * camera.scale[0], 0.008 * HEAD * camera.scale[0])
     took = median_ms(lambda: settle(model.lines, model.starts, found.drawn, reach))
     print(

@@ -17,14 +17,12 @@ import sys  # noqa: E402
 import time  # noqa: E402
 import warnings  # noqa: E402
 from collections import Counter  # noqa: E402
-from functools import partial  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from addon.measure import face_lines  # noqa: E402
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig  # noqa: E402
 from snakes import (  # noqa: E402
     WORKING_SIZE,
@@ -66,8 +64,7 @@ def situation(seed: int) -> tuple[FaceParameters, Camera, Evidence, Tweakables]:
 
 def _lines(drawing, face, camera, evidence, settings):
     rig = load_rig()
-    draw = partial(face_lines, rig, kinds=("contour",), step=2.0)
-    found = fit_lines(drawing, rig, face, camera, evidence, draw, settings)
+    found = fit_lines(drawing, rig, face, camera, evidence, settings)
     assert np.isfinite(rig.pose(found.parameters, found.offsets)).all()
     box = head_box(rig.pose(face), camera)
     return found.offsets, _limit(settings, box, found.camera)

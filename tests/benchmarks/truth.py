@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from addon.measure import face_lines
 from dataset_gen.generate import make_sample
 from dataset_gen.linework.paper import through
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, load_rig, rasterise
+from snakes import face_lines
 
 SIZE = 400  # pixels of a drawing
 HEAD = 0.24  # metres, chin to crown

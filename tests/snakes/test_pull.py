@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from addon.measure import face_lines
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from snakes import face_lines
 from snakes.fit import skin_smoother
 from snakes.lines import Lines
 from snakes.parts import eyeballs, keep_lids_on_eyes, unfold

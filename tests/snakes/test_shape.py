@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.measure import face_lines
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from snakes.face_lines import face_lines
 from snakes.lines import Lines
 from snakes.shape import Evidence, fit_shape, skull_triangles, under_hair
 
@@ -20,7 +20,7 @@ TRUE = FaceParameters(
 )
 
 
-def contours(posed, camera):
+def outlines(posed, camera):
     return face_lines(load_rig(), posed, camera, kinds=("contour",), step=2.0)
 
 
@@ -32,7 +32,7 @@ def drawn():
     camera = Camera.framing(posed, 400, 400)
     spots = camera.project(posed[rig.landmarks])
     marks = {name: (float(u), float(v)) for name, (u, v) in zip(LANDMARKS, spots, strict=True)}
-    return posed, camera, contours(posed, camera).lines, marks
+    return posed, camera, outlines(posed, camera).lines, marks
 
 
 def evidence(marks, spread=2.0):
@@ -53,7 +53,7 @@ def test_lines_and_landmarks_find_the_face(drawn):
     rig = load_rig()
     off = Camera(400, 400, (drawn[1].scale[0] * 1.03,) * 2, tuple(np.array(drawn[1].centre) + 4))
     before = away(rig, BEGIN, off, drawn)
-    found, camera = fit_shape(drawn[2], rig, BEGIN, off, evidence(drawn[3]), contours)
+    found, camera = fit_shape(drawn[2], rig, BEGIN, off, evidence(drawn[3]))
     after = away(rig, found, camera, drawn)
     assert after < 0.3 * before and after < 2.0
     assert found.aus["smile"] == pytest.approx(3.0, abs=0.8)
@@ -67,7 +67,7 @@ def test_lines_do_better_than_landmarks_that_are_off(drawn):
     seen = evidence(loose, spread=6.0)
     errors = []
     for lines in (NONE, drawn[2]):
-        found, camera = fit_shape(lines, rig, BEGIN, drawn[1], seen, contours)
+        found, camera = fit_shape(lines, rig, BEGIN, drawn[1], seen)
         errors.append(away(rig, found, camera, drawn))
     assert errors[1] < 0.7 * errors[0]
 
@@ -76,7 +76,7 @@ def test_lines_alone_suffice_where_the_camera_is_right(drawn):
     rig = load_rig()
     blind = Evidence({}, {})
     before = away(rig, BEGIN, drawn[1], drawn)
-    found, camera = fit_shape(drawn[2], rig, BEGIN, drawn[1], blind, contours)
+    found, camera = fit_shape(drawn[2], rig, BEGIN, drawn[1], blind)
     assert away(rig, found, camera, drawn) < 0.7 * before
 
 
@@ -84,7 +84,7 @@ def test_parameters_stay_in_their_ranges_whatever_the_drawing(drawn):
     """Landmarks of a monster: a face with its own limits."""
     rig = load_rig()
     wild = {n: (200 + 2.5 * (u - 200), v) for n, (u, v) in drawn[3].items()}
-    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], evidence(wild, 0.5), contours)
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], evidence(wild, 0.5))
     assert np.isfinite(rig.pose(found)).all()  # posing raises for values outside their range
     assert camera.scale[0] > 0
     assert 0 <= found.aus["smile"] <= 6.5
@@ -93,17 +93,14 @@ def test_parameters_stay_in_their_ranges_whatever_the_drawing(drawn):
 def test_one_wrong_landmark_does_not_pull_the_face_along(drawn):
     rig = load_rig()
     wrong = {**drawn[3], "nose_tip": (20.0, 20.0)}
-    pair = [
-        fit_shape(NONE, rig, BEGIN, drawn[1], evidence(marks), contours)
-        for marks in (drawn[3], wrong)
-    ]
+    pair = [fit_shape(NONE, rig, BEGIN, drawn[1], evidence(marks)) for marks in (drawn[3], wrong)]
     errors = [away(rig, found, camera, drawn) for found, camera in pair]
     assert errors[1] < errors[0] + 1.5
 
 
 def test_without_anything_the_face_stays_what_is_likely(drawn):
     rig = load_rig()
-    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], Evidence({}, {}), contours)
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], Evidence({}, {}))
     assert found.aus["smile"] == pytest.approx(2.2)
     np.testing.assert_allclose(found.head, BEGIN.head, atol=1e-9)
     assert camera.scale == pytest.approx(drawn[1].scale)
@@ -111,7 +108,7 @@ def test_without_anything_the_face_stays_what_is_likely(drawn):
 
 def test_hair_is_more_than_one_line_over_the_skull(drawn):
     rig = load_rig()
-    model = contours(drawn[0], drawn[1])
+    model = outlines(drawn[0], drawn[1])
     points, over = model.lines.points, skull_triangles(rig)[model.triangle]
     head = 0.24 * drawn[1].scale[0]
     assert 0.1 < over.mean() < 0.6
@@ -134,11 +131,11 @@ def test_what_is_settled_stays_and_the_rest_moves(drawn):
     rig = load_rig()
     begin = FaceParameters({"smile": 9.0, "sneer": 1.0}, head=BEGIN.head)
     seen = replace(evidence(drawn[3]), settled=frozenset({"smile", "frontalis"}))
-    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], seen, contours)
+    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], seen)
     assert found.aus["smile"] == 9.0  # more than lines alone are believed
     assert found.aus["sneer"] != 1.0
     assert set(found.aus) == {"smile", "sneer"}  # settled at rest: not among them
     everything = replace(seen, settled=frozenset(begin.aus))
-    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], everything, contours)
+    found, _ = fit_shape(drawn[2], rig, begin, drawn[1], everything)
     assert found.aus == begin.aus
     assert found.identity != begin.identity

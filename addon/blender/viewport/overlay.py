@@ -101,8 +101,8 @@ def _finder(vertices: NDArray):
     posed = np.stack([vertices[:, 0], vertices[:, 2], -vertices[:, 1]], axis=1)
 
     def find(_progress):
-        from addon.measure import face_lines
         from facs_rig import Camera, load_rig
+        from snakes import face_lines
 
         rig = load_rig()
         if len(posed) != rig.n_vertices:

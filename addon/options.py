@@ -1,0 +1,74 @@
+"""How to fit: what an artist may say, and which of it can be meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from facs_rig import CONTROL_NAMES, LANDMARKS, MAX_INTENSITY
+from facs_rig.parameters import nearest
+from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
+
+METHODS = ("lines", "shape", "thesis")
+# What becomes of the strokes that have no place on the face.
+UNMATCHED = ("ignore", "engrave", "emboss")
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How to fit; the defaults need no help from anybody.
+
+    tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
+    pixels of the sketch, instead of the landmarks that the detector finds
+    pins : landmark -> (u, v) pixels of the sketch where it is, instead of where it was found
+    expression : control -> intensity 0..10 that the artist has settled, 0 is off; the fit keeps to
+    it, whatever the detector or the lines say
+    method : 'lines' brings the face's lines to the drawing's; 'shape' finds the same person and
+    expression and leaves the skin alone, quick and smooth; 'thesis' lets the drawing's contours
+    slide over the shaded face, with all the tweakables of its table (chapter 3)
+    strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
+    which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
+
+    Raises ValueError, one sentence, for a value that cannot be used.
+    """
+
+    tweakables: Tweakables = field(default_factory=Tweakables)
+    align: str | None = None
+    pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    expression: Mapping[str, float] = field(default_factory=dict)
+    method: str = "lines"
+    strokes: str = "ignore"
+    stroke_depth: float = 1.2
+    stroke_width: float = 4.0
+    stroke_profile: str = "crease"
+
+    def __post_init__(self) -> None:
+        for what, value, choices in (
+            ("The method", self.method, METHODS),
+            ("Unmatched strokes (strokes)", self.strokes, UNMATCHED),
+            ("The stroke profile (stroke_profile)", self.stroke_profile, tuple(PROFILES)),
+        ):
+            if value not in choices:
+                raise ValueError(f"{what} can be {', '.join(choices)}, not {value!r}.")
+        for what, length, most in (
+            ("The stroke depth (stroke_depth)", self.stroke_depth, 1000 * DEEPEST),
+            ("The stroke width (stroke_width)", self.stroke_width, 1000 * WIDEST),
+        ):
+            if not 0 < length <= most:
+                raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
+        for name, place in self.pins.items():
+            if name not in LANDMARKS:
+                hint = nearest(name, LANDMARKS) or "."
+                raise ValueError(f"There is no landmark '{name}'{hint}")
+            if len(place) != 2 or not all(map(math.isfinite, place)):
+                raise ValueError(f"The pin of {name} is a place u,v in pixels, not {place}.")
+        for name, intensity in self.expression.items():
+            if name not in CONTROL_NAMES:
+                hint = nearest(name, CONTROL_NAMES) or "; `sketch2face rig --list` shows all."
+                raise ValueError(f"There is no control '{name}'{hint}")
+            if not 0 <= intensity <= MAX_INTENSITY:  # not-a-number fails both
+                raise ValueError(
+                    f"The intensity of {name} is at least 0 and at most {MAX_INTENSITY:g}, "
+                    f"not {intensity:g}."
+                )

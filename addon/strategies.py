@@ -1,0 +1,109 @@
+"""The two ways to fit a face to a drawing: by its lines, and as in the thesis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.drawing import Drawing
+from addon.options import FitOptions
+from addon.placement import apart, check_pins, pins_in
+from classifiers import Detection
+from classifiers.detector import CLOSE
+from facs_rig import Camera, FaceParameters, FaceRig
+from snakes import Evidence, Lines, PinsApart, fit_lines
+
+# A drawing that the detector believes to be a face with less than this has no landmarks to go by.
+LEAST_FACE = 0.5
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A face as a method has fitted it to a drawing.
+
+    offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
+    camera : that of the drawing
+    box : (left, top, right, bottom) pixels of the drawing, where its lines were looked for
+    drawn : these lines      model : the face's own before its skin was moved
+    Both are None where the method did without; `addon.measure` works them out when asked for.
+    """
+
+    parameters: FaceParameters
+    offsets: NDArray[np.float32]
+    vertices: NDArray[np.float32]
+    camera: Camera
+    box: tuple[float, float, float, float]
+    drawn: Lines | None = None
+    model: Lines | None = None
+
+
+def by_lines(
+    drawing: Drawing,
+    detection: Detection,
+    rig: FaceRig,
+    expression: FaceParameters,
+    camera: Camera,
+    options: FitOptions,
+) -> Fitted:
+    """Person, expression and skin with which the face's lines lie on the drawing's.
+
+    expression, camera : as detected and aligned
+    Raises SketchError where no face can have its pins.
+    """
+    pins = pins_in(drawing, options.pins)
+    sure = detection.face_probability >= LEAST_FACE
+    evidence = replace(
+        _evidence(detection) if sure else Evidence({}, {}),
+        pins=pins,
+        settled=frozenset(options.expression),
+    )
+    try:
+        found = fit_lines(
+            drawing.image,
+            rig,
+            expression,
+            camera,
+            evidence,
+            options.tweakables,
+            pull=options.method != "shape",
+        )
+    except PinsApart:
+        raise apart(options.pins) from None
+    vertices = rig.pose(found.parameters, found.offsets)
+    check_pins(rig, vertices, found.camera, pins)
+    model = found.model.lines if found.model else None
+    return Fitted(
+        found.parameters, found.offsets, vertices, found.camera, found.box, found.drawn, model
+    )
+
+
+def as_thesis(
+    drawing: Drawing,
+    detection: Detection,
+    rig: FaceRig,
+    expression: FaceParameters,
+    camera: Camera,
+    options: FitOptions,
+) -> Fitted:
+    """The face as detected, its skin moved by contours that slide over its shading (chapter 3).
+
+    Pins only say where the head is. See `by_lines`.
+    """
+    from snakes import fit_offsets  # with more of scipy than the other methods need
+
+    found = fit_offsets(drawing.image, rig, expression, camera, options.tweakables)
+    vertices = rig.pose(expression, found.offsets)
+    return Fitted(expression, found.offsets, vertices, camera, found.box)
+
+
+def _evidence(detection: Detection) -> Evidence:
+    """What the detector saw, for the fit. A landmark's distance is distributed exponentially."""
+    height = np.ptp([v for _, v in detection.landmarks.values()])
+    spreads = {
+        name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
+        for name, near in detection.confidences.items()
+    }
+    return Evidence(detection.landmarks, spreads)
