@@ -75,12 +75,12 @@ def draw_by_convention(
     if artist.freckles:
         draw_freckles(canvas, sitter)
     draw_beard(canvas, sitter, artist)
-    draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
-    canvas.cover(sitter.face)
     over_ears = artist.cut in LONG and rng.random() < 0.6
     if not over_ears:
         draw_ears(canvas, sitter, artist)
     draw_hair(canvas, sitter, artist, hair)
+    draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
+    canvas.cover(sitter.face)
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))

@@ -250,7 +250,7 @@ def sample_artist(
         jaw_size=near(1.0, 0.05),
         eye_shift=shift(0.012, 0.025), brow_shift=shift(0.01, 0.025), nose_shift=shift(0.015, 0.03),
         mouth_shift=shift(0.015, 0.025), wide=near(1.0, 0.045), tall=near(1.0, 0.045),
-        volume=within(0.05, 0.3, 3), reach=round(float(reach), 3),
+        volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
 

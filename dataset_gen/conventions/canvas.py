@@ -68,6 +68,10 @@ class Canvas:
         ImageDraw.Draw(mask).polygon(corners, fill=1)
         return np.asarray(mask)
 
+    def inside(self, area: NDArray, points: NDArray) -> NDArray[np.bool_]:
+        """(k,) which points lie in an `area`."""
+        return self._at(area, points).astype(bool)
+
     def _at(self, values: NDArray, points: NDArray) -> NDArray:
         """(k,) what pixels hold at points (k, 2), 0 off the page."""
         u, v = np.floor(points).astype(np.int64).T

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
-from .shapes import Points, ellipse, part, smooth, wave
+from .shapes import Points, ellipse, smooth, wave
 from .sitter import RAYS, Sitter
 
 # Of the skull's radius: how far each cut stands off, times the artist's volume.
@@ -25,21 +25,23 @@ class Hair:
     picture's left to its right, and on down beside the face.
 
     falls : outer and inner line of what hangs down at the left and at the right, or None
+    tips : the lower end of each, from its outer line to its inner one
     """
 
     inner: Points
     outer: Points
-    falls: tuple[tuple[Points, Points] | None, tuple[Points, Points] | None]
+    falls: tuple[tuple[Points, Points] | None, tuple[Points, Points] | None] = (None, None)
+    tips: tuple[Points, ...] = ()
 
     def shape(self) -> Points:
         """The outline of all of it."""
         left, right = self.falls
         line = [self.outer]
         if right:
-            line += [right[0], right[1][::-1]]
+            line += [right[0], self.tips[1], right[1][::-1]]
         line.append(self.inner[::-1])
         if left:
-            line += [left[1], left[0][::-1]]
+            line += [left[1], self.tips[0][::-1], left[0][::-1]]
         return np.concatenate(line)
 
 
@@ -52,7 +54,8 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
     angle = 2 * np.pi * rays / RAYS
     face, head = (_radius(line, centre, rays) for line in (sitter.face, sitter.head))
     top = np.cos(np.clip(angle, -np.pi / 2, np.pi / 2)) ** 0.7
-    stand = STANDS[cut] * artist.volume * (0.35 + 0.65 * top) * sitter.unit
+    sides = rng.uniform(0.2, 0.9)
+    stand = STANDS[cut] * artist.volume * (sides + (1 - sides) * top) * sitter.unit
     if cut == "afro":
         stand = STANDS[cut] * artist.volume * sitter.unit * (0.7 + 0.3 * top) + 0.05 * sitter.unit
     outer = np.maximum(head, face) + stand + 0.015 * sitter.unit
@@ -60,13 +63,29 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
     if cut == "receding":
         inner = inner * (1 + 0.28 * np.exp(-((np.abs(angle) - 0.45) ** 2) / 0.07))
         inner = np.minimum(inner, outer - 0.02 * sitter.unit)
-    elif cut in LONG and rng.random() < 0.5:  # it hangs over the temples
-        inner = inner * (1 - 0.06 * np.clip(np.abs(angle) / 1.2, 0, 1) ** 2)
+    elif cut in LONG:  # it hangs over the temples, more to one side of the parting
+        over = rng.uniform(0, 0.13, 2)[(angle > 0.6 * artist.parting).astype(int)]
+        inner = inner * (1 - over * np.clip(np.abs(angle - 0.6 * artist.parting), 0, 1))
     ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
     inner_line, outer_line = (centre + r[:, None] * ways for r in (inner, outer))
     if cut in LONG:
-        return Hair(inner_line, outer_line, _falls(sitter, artist, inner_line, outer_line, rng))
-    return Hair(inner_line, outer_line, (None, None))
+        falls = _falls(sitter, artist, inner_line, outer_line, rng)
+        hang = rng.uniform(0.03, 0.16) * sitter.unit
+        tips = tuple(_tips(sitter, fall, hang, rng) for fall in falls)
+        return Hair(inner_line, outer_line, falls, tips)
+    return Hair(inner_line, outer_line)
+
+
+def _tips(
+    sitter: Sitter, fall: tuple[Points, Points], hang: float, rng: np.random.Generator
+) -> Points:
+    """The lower end of what hangs down: round, or in points."""
+    t = np.linspace(0, 1, 13)
+    line = fall[0][-1] + t[:, None] * (fall[1][-1] - fall[0][-1])
+    low = np.sin(np.pi * t) * hang
+    if rng.random() < 0.5:
+        low = low + hang * np.abs(wave(rng, 1, 13, 2.5)[0]) * (t > 0) * (t < 1)
+    return line + low[:, None] * sitter.down
 
 
 def _radius(line: Points, centre: Points, rays: NDArray) -> NDArray:
@@ -78,15 +97,15 @@ def _falls(
     sitter: Sitter, artist: Artist, inner: Points, outer: Points, rng: np.random.Generator
 ) -> tuple[tuple[Points, Points], tuple[Points, Points]]:
     """What hangs beside the face: lines from the ends of inner and outer down to the tips."""
-    flare, curl = rng.uniform(-0.02, 0.22), rng.normal(0, 0.12)
-    under, waves = rng.uniform(0.3, 0.85), rng.choice([0.0, 0.012, 0.03]) * sitter.unit
+    flare, curl = rng.uniform(0.0, 0.35), rng.normal(0, 0.14)
+    under, waves = rng.uniform(0.35, 0.9), rng.choice([0.0, 0.015, 0.04]) * sitter.unit
     sides = []
     for side, k in ((-1, 0), (1, -1)):
         (ix, iy), (ox, oy) = (sitter.local(line[k]) * [side, 1] for line in (inner, outer))
         ox = max(ox, ix + 0.1)
         end = max(artist.reach + rng.normal(0, 0.05), iy + 0.4)
         jaw = min(ix, 0.68) - rng.uniform(0, 0.08)
-        outside = [(ox, oy), (ox + 0.4 * flare + 0.03, oy + 0.25 * (end - oy)),
+        outside = [(ox, oy), (ox + 0.35 * flare, oy + 0.2 * (end - oy)),
                    (ox + flare, oy + 0.65 * (end - oy)), (ox + flare + curl, end)]  # fmt: skip
         inside = [(ix, iy), (jaw, iy + 0.45 * (min(end, 0.9) - iy)), (jaw + 0.02, min(end, 0.9)),
                   (jaw + (under - 0.6) * np.clip(end - 0.9, 0.05, 1), end - 0.05)]  # fmt: skip
@@ -119,7 +138,8 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         canvas.blacken(hair.shape(), lean, float(canvas.rng.uniform(1.7, 3.2)), "hair")
         _edges(canvas, sitter, artist, hair, 1.0)
     elif finish == "strands":
-        _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(25, 75)))
+        many = (25, 75) if canvas.rng.random() < 0.5 else (80, 160)
+        _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(*many)))
         if canvas.rng.random() < 0.7:
             _edges(canvas, sitter, artist, hair, 0.8)
     else:
@@ -153,59 +173,60 @@ def _edges(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, width: fl
         ripple = wave(rng, 1, 48, teeth / 8)[0][:, None]
         inner = inner + 0.5 * size * ripple * sitter.down
     canvas.line("hair", inner, 0.9 * width)
-    for fall in hair.falls:
+    for fall, tips in zip(hair.falls, hair.tips, strict=False):
         if fall:
             canvas.line("hair", fall[0], width)
             canvas.line("hair", fall[1], 0.9 * width)
-            tips = np.stack(
-                [
-                    fall[0][-1],
-                    (fall[0][-1] + fall[1][-1]) / 2 + 0.04 * sitter.unit * sitter.down,
-                    fall[1][-1],
-                ]
-            )
-            canvas.line("hair", smooth(tips, 10), 0.8 * width)
+            canvas.line("hair", tips, 0.8 * width)
 
 
 def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: int) -> None:
-    """Lines along the hair: from the parting over the head, or from the hairline backward."""
+    """Lines along the hair in locks: from the parting over the head and down, or combed back."""
     rng = canvas.rng
-    combed = artist.cut in ("bob", "long", "bun") or (
+    combed = artist.cut in (*LONG, "bun") or (
         artist.cut in ("swept", "fringe") and rng.random() < 0.5
     )
-    t = np.linspace(0, 1, 22)
-    root = (0.5 + 0.5 * artist.parting) * (STEPS - 1)
-    wavy = sitter.unit * rng.choice([0.0, 0.008, 0.02, 0.05])
-    lean = rng.uniform(-6, 6)
-    for _ in range(count):
-        share = rng.random()
+    t = np.linspace(0, 1, 20)
+    root = float(np.clip(0.5 + 0.42 * artist.parting, 0.1, 0.9)) * (STEPS - 1)
+    wavy = sitter.unit * rng.choice([0.0, 0.01, 0.025, 0.05])
+    lean, spread = rng.uniform(-7, 7), rng.uniform(0.02, 0.12)
+    lean_out, wide = rng.uniform(-0.15, 0.35), rng.uniform(1.0, 2.0)
+    while count > 0:
+        size = min(int(rng.integers(1, 12)), count)
+        count -= size
+        share = rng.random() + spread * rng.normal(size=(size, 1))
+        share = np.clip(share, -0.02, 1.04)
         if combed:
-            side = 1 if rng.random() < 1 - root / STEPS else -1
-            last = STEPS - 1 if side > 0 else 0
-            k = root + (last - root) * t
-            depth = share + (1 - share) * 0.6 * np.exp(-5 * t)
-            line = _mix(hair, k, depth)
-            fall = hair.falls[1 if side > 0 else 0]
+            side = 1 if rng.random() < 1 - root / STEPS else 0
+            k = root + ((STEPS - 1) * side - root) * t**0.85
+            # From the parting outward: hair lies the lower the nearer it is to the face.
+            depth = share + (0.25 + 0.6 * (1 - share)) * (1 - share) * np.exp(-3.5 * t)
+            lines = _mix(hair, k + np.zeros((size, 1)), depth + lean_out * share * t * (1 - t))
+            fall = hair.falls[side]
             if fall:
-                line = np.concatenate([line, fall[1] + share * (fall[0] - fall[1])])
+                hanging = fall[1] + share[:, :, None] * (fall[0] - fall[1])
+                lines = np.concatenate([lines, hanging], axis=1)
         else:
-            k = rng.uniform(0, STEPS - 1) + lean * t + rng.normal(0, 1.5) * t
-            line = _mix(hair, np.clip(k, 0, STEPS - 1), np.clip(t * 1.02, 0, 1))
-        begin = rng.uniform(0, 0.45) if rng.random() < 0.7 else 0.0
-        line = part(line, begin, begin + (1 - begin) * rng.uniform(0.35, 1))
-        if wavy:
-            line = line + wavy * wave(rng, 1, len(line), 1.0)[0][:, None] * sitter.right
-        strength = np.linspace(1, rng.uniform(0.3, 1), len(line))
-        canvas.line("hair", line, float(rng.uniform(0.6, 1.3)), strength, loose=0.5)
+            k = rng.uniform(0, STEPS - 1) + 40 * spread * rng.normal(size=(size, 1)) + lean * t
+            lines = _mix(hair, np.clip(k, 0, STEPS - 1), t * rng.uniform(0.85, 1.06, (size, 1)))
+        steps = lines.shape[1]
+        lines += (wavy * wave(rng, 1, steps, 1.2)[0])[:, None] * sitter.right
+        begin = rng.uniform(0, 0.5) if rng.random() < 0.6 else 0.0
+        first = (steps * np.clip(begin + rng.uniform(-0.05, 0.05, size), 0, 1)).astype(int)
+        stop = first + (steps * (1 - begin) * rng.uniform(0.35, 1.1, size)).astype(int)
+        width, faint = rng.uniform(0.6, wide, size), rng.uniform(0.3, 1, size)
+        for line, a, b, w, f in zip(lines, first, stop, width, faint, strict=True):
+            piece = line[a : max(b, a + 4)]
+            canvas.line("hair", piece, float(w), np.linspace(1, f, len(piece)), loose=0.4)
 
 
 def _mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
-    """Points at places k (m,) along the hair, a share `depth` (m,) from its inner to outer line."""
+    """Points at places k (...) along the hair, a share `depth` (...) from inner to outer line."""
     low = np.minimum(k.astype(int), STEPS - 2)
-    f = (k - low)[:, None]
+    f = (k - low)[..., None]
     inner = hair.inner[low] * (1 - f) + hair.inner[low + 1] * f
     outer = hair.outer[low] * (1 - f) + hair.outer[low + 1] * f
-    return inner + depth[:, None] * (outer - inner)
+    return inner + depth[..., None] * (outer - inner)
 
 
 def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:

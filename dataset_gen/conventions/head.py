@@ -41,11 +41,13 @@ def sitter_ray(sitter: Sitter, side: int) -> int:
 def draw_ears(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     if artist.ear == "none":
         return
+    face = canvas.area(sitter.face)
     for side, outline in sitter.ears.items():
         middle = outline.mean(axis=0)
         far = side == sitter.far and abs(sitter.turn) > 0.1
-        line = _from_the_face(sitter, outline)
-        canvas.line("ear", part(line, 0.02, 0.98), 1.0)
+        line = part(_from_the_face(sitter, outline), 0.02, 0.98)
+        beyond = ~canvas.inside(face, line) if far else None  # the cheek hides the rest
+        canvas.line("ear", line, 1.0, seen=beyond)
         if artist.ear in ("inner", "full") and not far:
             inside = middle + 0.62 * (line - middle)
             canvas.line("ear", part(inside, 0.08, 0.6), 0.75, 0.85)

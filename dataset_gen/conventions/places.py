@@ -147,8 +147,8 @@ def _regions(rig: FaceRig, rest: NDArray, normals: NDArray):
     skull = skin & ~ear & ~neck & outward & (rest[:, 1] > -0.06)
     sides = {"left": rest[:, 0] > 0, "right": rest[:, 0] < 0}
     return (
-        np.flatnonzero(inside & outward)[::4],
-        np.flatnonzero(skull)[::4],
+        np.flatnonzero(inside & outward)[::6],
+        np.flatnonzero(skull)[::8],
         np.flatnonzero(neck),
         {side: np.flatnonzero(ear & own) for side, own in sides.items()},
     )

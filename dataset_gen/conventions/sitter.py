@@ -17,7 +17,7 @@ from .shapes import Points, even
 
 UNIT = 0.1  # metres on the head's height that all proportions are given in: about eyes to chin
 RAYS = 96  # directions in which outlines are looked for, from above to the right
-NECK = 1.42  # units below the eyes where the neck ends
+NECK = 1.34  # units below the eyes where the neck ends
 NARROW = 0.94  # of the neck as the skin has it: how wide it is drawn
 SIDES = ("left", "right")
 FAR_EAR = -0.42  # how far an ear may be turned away and still be seen
