@@ -28,6 +28,7 @@ from .head import (
 )
 from .mouth import draw_mouth
 from .nose import draw_nose
+from .shade import draw_neck_shade, draw_shade
 from .sitter import sit
 
 __all__ = [
@@ -72,6 +73,7 @@ def draw_by_convention(
     draw_mouth(canvas, sitter, artist)
     draw_moustache(canvas, sitter, artist)
     draw_creases(canvas, sitter, artist)
+    draw_shade(canvas, sitter, artist)
     if artist.freckles:
         draw_freckles(canvas, sitter)
     draw_beard(canvas, sitter, artist)
@@ -81,6 +83,7 @@ def draw_by_convention(
     draw_hair(canvas, sitter, artist, hair)
     draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
     canvas.cover(sitter.face)
+    draw_neck_shade(canvas, sitter, artist)
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))

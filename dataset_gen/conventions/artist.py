@@ -20,13 +20,21 @@ from ..linework.style import Style
 # cartoon: few bold shapes                     naive: from memory, by hands without practice
 MANNERS = {"portrait": 0.42, "comic": 0.21, "cartoon": 0.23, "naive": 0.14}
 PENS = (0.8, 4.0)  # pixels, widths of a full line
+GRINS = 0.4  # how often a smile is drawn with teeth
 BORROWS = 0.08  # how often a convention is taken from another manner
 
-# Of each manner: how much it exaggerates, how large its eyes are, the factor of its pen's width,
-# and the most that a line is off, in units.
+# Of each manner: how much it exaggerates, how large and how tall its eyes are, the factor of its
+# pen's width, how much room its pages have, and the most that a line is off, in units.
 MUCH = {"portrait": 0.35, "comic": 0.8, "cartoon": 1.3, "naive": 1.0}
-BIG = {"portrait": 1.05, "comic": 1.12, "cartoon": 1.2, "naive": 1.12}
+BIG = {"portrait": 1.1, "comic": 1.12, "cartoon": 1.2, "naive": 1.12}
+TALL = {"portrait": 1.22, "comic": 1.3, "cartoon": 1.35, "naive": 1.3}
 BOLD = {"portrait": (0.7, 1.15), "comic": (0.9, 1.5), "cartoon": (1.0, 1.9), "naive": (0.7, 1.15)}
+ROOM = {
+    "portrait": (0.95, 1.35),
+    "comic": (1.0, 1.45),
+    "cartoon": (1.05, 1.5),
+    "naive": (1.05, 1.5),
+}
 LOOSE = {"portrait": 0.005, "comic": 0.008, "cartoon": 0.008, "naive": 0.02}
 
 Odds = tuple[float, float, float, float]  # in the order of MANNERS
@@ -59,6 +67,8 @@ CONVENTIONS: dict[str, dict[str, Odds]] = {
     "cheek": {"none": (1, 1.5, 4, 3), "short": (2, 1.5, 0.5, 0.7), "long": (2, 1, 0.3, 0.8)},
     "chin": {"none": (1, 1.5, 4, 3), "arc": (3, 1.5, 0.5, 0.7), "dimple": (0.5, 0.8, 0.2, 0.2)},
     "neck": {"lines": (3, 3, 4, 3), "muscle": (2, 0.7, 0, 0), "none": (0.3, 0.5, 0.7, 1.2)},
+    "shade": {"none": (2, 4, 6, 5), "neck": (1.5, 1, 0.3, 0.3), "nose": (1, 0.6, 0.2, 0.5),
+              "side": (1, 1, 0.3, 0.4), "full": (2.5, 0.7, 0.1, 0.2)},
     "clothes": {"none": (0.7, 1, 1.5, 2), "slope": (1.5, 1, 2, 1.5), "crew": (1, 1, 2, 1),
                 "v": (1, 0.7, 0.4, 0.5), "shirt": (2, 1.5, 0.5, 0.6), "suit": (1.3, 1, 0.3, 0.2)},
     "finish": {"outline": (0.6, 1.2, 1.5, 2.5), "black": (1.2, 2.5, 3, 0.8),
@@ -105,9 +115,10 @@ class Artist:
     manner, eye to finish : of MANNERS and CONVENTIONS        cut, beard, moustache, glasses, hat :
     of CUTS and so on        bold : factor of the pen's width        loose : how far lines are off
     room : how much larger than the face's own frame the page is
-    eyes, iris_size, brow_size, nose_size, mouth_size, ear_size, jaw_size : factors
+    eyes, eye_tall, iris_size, brow_size, nose_size, mouth_size, ear_size, jaw_size : factors
     eye_shift, brow_shift, nose_shift, mouth_shift : (across, down) of the unit
     wide, tall : factors of the whole head        freckles, earring : whether there are any
+    grin : whether who smiles shows teeth
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
     """
@@ -128,6 +139,7 @@ class Artist:
     cheek: str = "none"
     chin: str = "none"
     neck: str = "lines"
+    shade: str = "none"
     clothes: str = "none"
     finish: str = "outline"
     cut: str = "short"
@@ -136,11 +148,13 @@ class Artist:
     glasses: str = "none"
     hat: str = "none"
     freckles: bool = False
+    grin: bool = False
     earring: bool = False
     bold: float = 1.0
     loose: float = 0.0
     room: float = 1.3
     eyes: float = 1.0
+    eye_tall: float = 1.2
     iris_size: float = 1.0
     brow_size: float = 1.0
     nose_size: float = 1.0
@@ -242,10 +256,12 @@ def sample_artist(
         beard=_lot(rng, BEARDS) if bearded else "none",
         moustache=_lot(rng, MOUSTACHES) if bearded else "none",
         glasses=_lot(rng, GLASSES), hat=_lot(rng, HATS),
-        freckles=bool(rng.random() < 0.04), earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
+        grin=bool(rng.random() < GRINS), freckles=bool(rng.random() < 0.04),
+        earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
         bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
-        room=within(1.05, 1.5, 3),
-        eyes=near(big, 0.1), iris_size=near(1.05, 0.08), brow_size=near(1.0, 0.22),
+        room=within(*ROOM[manner], 3),
+        eyes=near(big, 0.1), eye_tall=near(TALL[manner], 0.1), iris_size=near(0.98, 0.1),
+        brow_size=near(1.12, 0.22),
         nose_size=near(1.0 / big**0.6, 0.12), mouth_size=near(1.0, 0.1), ear_size=near(1.0, 0.15),
         jaw_size=near(1.0, 0.05),
         eye_shift=shift(0.012, 0.025), brow_shift=shift(0.01, 0.025), nose_shift=shift(0.015, 0.03),

@@ -46,16 +46,20 @@ def moved(points: NDArray, places: Places, frame: Frame, artist: Artist) -> Poin
     }  # fmt: skip
     shifts = {"lid": artist.eye_shift, "brow": artist.brow_shift, "nose": artist.nose_shift,
               "rim": artist.mouth_shift}  # fmt: skip
-    grow, shift = np.ones(len(FEATURES) + 1), np.zeros((len(FEATURES) + 1, 2))
+    grow = np.tile(np.eye(2), (len(FEATURES) + 1, 1, 1))
+    shift = np.zeros((len(FEATURES) + 1, 2))
+    axes = np.stack([frame.right, frame.down])
     for k, ((kind, *_), side) in enumerate(FEATURES):
         anchor = np.mean([marks[LANDMARKS.index(f"{n}{side}")] for n in ANCHORS[kind]], axis=0)
         x, y = shifts[kind]
         # The eyes move apart or together, as far as the turned head shows it.
         x = x * np.sqrt(max(1 - frame.turn**2, 0.1)) * (-1 if side == "_right" else 1)
-        grow[k] = sizes[kind]
+        tall = artist.eye_tall if kind == "lid" else 1.0
+        grow[k] = sizes[kind] * axes.T @ np.diag([1.0, tall]) @ axes
         away = frame.unit * (x * frame.right + y * frame.down)
-        shift[k] = (1 - sizes[kind]) * anchor + away
-    return grow[places.feature][:, None] * points + shift[places.feature]
+        shift[k] = anchor - grow[k] @ anchor + away
+    out = np.einsum("pij,pj->pi", grow[places.feature], points)
+    return out + shift[places.feature]
 
 
 def ear_grown(outline: NDArray, frame: Frame, artist: Artist) -> Points:

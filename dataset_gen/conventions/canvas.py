@@ -151,14 +151,18 @@ class Canvas:
         kind: str = "mass",
         strength: float = 1.0,
         within: bool = False,
+        area: NDArray | None = None,
     ) -> None:
         """Fill what is not covered of an outline (k, 2) with strokes side by side.
 
         sparse : 1 they close up, above they leave paper between them;  angle : radians
+        within, area : whether only in what is bound, or in such pixels (height, width)
         """
         mask = self.area(outline) & (self._covered == 0)
         if within:
             mask &= self._within
+        if area is not None:
+            mask &= area
         v, u = np.nonzero(mask)
         if len(u) < 4:
             return

@@ -17,7 +17,7 @@ RESTING = np.linspace(0.0, 1.0, 24)
 
 class Eye:
     """One eye on the page. `across` and `along` are unit vectors: from the inner corner to the
-    outer one, and downward; opening is the gap of the lids as a share of the eye's width."""
+    outer one, and downward; opening is the gap of the face's own lids, of the eye's width."""
 
     def __init__(self, sitter: Sitter, artist: Artist, side: str) -> None:
         self.side = side
@@ -32,13 +32,12 @@ class Eye:
         if self.along @ sitter.down < 0:
             self.along = -self.along
         self.top, self.bottom = (self.heights(line) for line in (self.upper, self.lower))
-        self.opening = float(np.max(self.bottom - self.top)) / self.width
+        self.opening = float(np.max(self.bottom - self.top)) / self.width / artist.eye_tall
         iris = sitter.curves[f"iris_{side}"]
         self.pupil = iris.mean(axis=0)
-        self.radius = artist.iris_size * 0.5 * float(np.ptp((iris - self.inner) @ self.along))
-        self.squash = float(np.ptp((iris - self.inner) @ self.across)) / max(
-            float(np.ptp((iris - self.inner) @ self.along)), 1e-6
-        )
+        high = max(float(np.ptp((iris - self.inner) @ self.along)) / artist.eye_tall, 1e-6)
+        self.radius = artist.iris_size * 0.5 * high
+        self.squash = float(np.ptp((iris - self.inner) @ self.across)) / high
         self.middle = (self.inner + self.outer) / 2 + self.along * float(
             np.median(self.top + self.bottom) / 2
         )

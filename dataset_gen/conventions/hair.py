@@ -138,7 +138,7 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         canvas.blacken(hair.shape(), lean, float(canvas.rng.uniform(1.7, 3.2)), "hair")
         _edges(canvas, sitter, artist, hair, 1.0)
     elif finish == "strands":
-        many = (25, 75) if canvas.rng.random() < 0.5 else (80, 160)
+        many = (25, 75) if canvas.rng.random() < 0.4 else (80, 190)
         _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(*many)))
         if canvas.rng.random() < 0.7:
             _edges(canvas, sitter, artist, hair, 0.8)
@@ -190,6 +190,7 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
     root = float(np.clip(0.5 + 0.42 * artist.parting, 0.1, 0.9)) * (STEPS - 1)
     wavy = sitter.unit * rng.choice([0.0, 0.01, 0.025, 0.05])
     lean, spread = rng.uniform(-7, 7), rng.uniform(0.02, 0.12)
+    lift = rng.uniform(0.0, 0.6)
     lean_out, wide = rng.uniform(-0.15, 0.35), rng.uniform(1.0, 2.0)
     while count > 0:
         size = min(int(rng.integers(1, 12)), count)
@@ -199,8 +200,8 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
         if combed:
             side = 1 if rng.random() < 1 - root / STEPS else 0
             k = root + ((STEPS - 1) * side - root) * t**0.85
-            # From the parting outward: hair lies the lower the nearer it is to the face.
-            depth = share + (0.25 + 0.6 * (1 - share)) * (1 - share) * np.exp(-3.5 * t)
+            # It rises from the parting before it lies down at the side.
+            depth = share + lift * (1 - share) * np.sin(np.pi * t**0.6)
             lines = _mix(hair, k + np.zeros((size, 1)), depth + lean_out * share * t * (1 - t))
             fall = hair.falls[side]
             if fall:

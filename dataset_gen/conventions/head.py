@@ -10,6 +10,8 @@ from .shapes import Points, ellipse, part, smooth
 from .sitter import RAYS, Sitter
 
 # How creases fold at rest in an old face, at most.
+LEAST = 0.22  # of a crease's full depth, from which it is drawn
+MEET = 0.03  # units between the halves of a crease that crosses the middle of the face
 OLD = {"nasolabial": 0.7, "worry": 0.45, "crow_down": 0.4, "marionette": 0.4, "under_eye": 0.6}
 
 
@@ -101,44 +103,40 @@ def neck_shape(sitter: Sitter) -> Points:
 
 def draw_creases(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     """Folds of the expression, and some of age, as few or many short lines."""
-    age = float(sitter.person.get("age", 0.0))
     deep = dict(sitter.creases)
-    for name in sitter.curves:
-        group, _, rest = name.partition("_")
-        stem = name.rsplit("_", 2)[0]
-        if stem in OLD and rest:
-            old = OLD[stem] * max(age - 0.35, 0) * 1.5
+    age = max(float(sitter.person.get("age", 0.0)) - 0.35, 0)
+    for name in sitter.crease_names:
+        old = 1.5 * age * OLD.get(name.rsplit("_", 2)[0], 0.0)
+        if old:
             deep[name] = max(deep.get(name, 0.0), old)
+    deep = {name: depth for name, depth in deep.items() if depth > LEAST}
     most = {"none": 0, "one": 1, "two": 2, "all": 9}[artist.crease]
     for name, depth in deep.items():
         stem, number, side = name.rsplit("_", 2)
         crow = stem.startswith("crow")
         if crow and artist.crow == "none" or not crow and int(number) >= most:
             continue
-        if depth < 0.22 or (stem == "smile_fold" and number == "1"):
+        if stem == "smile_fold" and number == "1":  # under the eye, where it hardly shows
             continue
-        line = sitter.curves[name]
-        seen = sitter.seen[name]
+        line, seen = sitter.curves[name], sitter.seen[name]
+        size = 0.45 + 0.5 * min(depth, 1.2) + canvas.rng.normal(0, 0.08)  # deeper ones are longer
+        size = float(np.clip(size, 0.3, 1.0))
+        begin = float(canvas.rng.uniform(0, 1 - size))
+        other = f"{stem}_{number}_{'left' if side == 'right' else 'right'}"
+        # It may come from the middle of the face, and be one line where both sides are folded.
+        meets = np.hypot(*(line[0] - sitter.curves[other][0])) < MEET * sitter.unit
+        if meets and other in deep and side == "left":
+            continue
+        picked = part(np.column_stack([line, seen]), begin * (not meets), begin + size)
+        if meets and other in deep:
+            more = np.column_stack([sitter.curves[other], sitter.seen[other]])
+            picked = np.concatenate([picked[::-1], part(more, 0, begin + size)[1:]])
         if crow and artist.crow == "ticks":
-            line = line[[0, len(line) // 2, -1]]
-            line = np.linspace(line[0], line[2], 7)
-            seen = np.full(7, seen.mean() > 0.5)
-        begin, end = _span(canvas, stem, min(depth, 1.2), artist)
-        width = {"worry": 0.85, "glabella": 1.0}.get(stem, 0.9)
+            picked = np.linspace(picked[0], picked[-1], 7)
         strength = float(np.clip(0.55 + 0.4 * depth, 0, 1))
-        picked = part(np.column_stack([line, seen]), begin, end)
-        canvas.line("crease", picked[:, :2], width, strength, within=True, seen=picked[:, 2] > 0.5)
+        canvas.line("crease", picked[:, :2], 0.9, strength, within=True, seen=picked[:, 2] > 0.5)
     _cheeks(canvas, sitter, artist, deep)
     _chin(canvas, sitter, artist)
-
-
-def _span(canvas: Canvas, stem: str, depth: float, artist: Artist) -> tuple[float, float]:
-    """Which part of a crease is drawn: deeper ones are longer."""
-    size = float(np.clip(0.45 + 0.5 * depth + canvas.rng.normal(0, 0.08), 0.3, 1.0))
-    if stem == "worry":  # both halves meet in the middle of the forehead
-        return 0.0, size
-    begin = float(canvas.rng.uniform(0, 1 - size))
-    return begin, begin + size
 
 
 def _cheeks(canvas: Canvas, sitter: Sitter, artist: Artist, deep: dict[str, float]) -> None:
@@ -147,7 +145,7 @@ def _cheeks(canvas: Canvas, sitter: Sitter, artist: Artist, deep: dict[str, floa
         return
     for side in ("left", "right"):
         name = f"nasolabial_0_{side}"
-        if deep.get(name, 0) >= 0.22 or deep.get(f"smile_fold_0_{side}", 0) >= 0.22:
+        if name in deep or f"smile_fold_0_{side}" in deep:
             continue
         end = (
             canvas.rng.uniform(0.25, 0.5) if artist.cheek == "short" else canvas.rng.uniform(0.6, 1)

@@ -10,6 +10,7 @@ from .shapes import Points, part, smooth
 from .sitter import Sitter
 
 OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth is open
+GRINNING, GRIN = 0.35, 0.2  # least smile that shows teeth; how far it parts the lips, of its width
 FINE = 41
 
 
@@ -20,7 +21,7 @@ class Mouth:
     line : between the lips        opening : widest gap, as a share of the width
     """
 
-    def __init__(self, sitter: Sitter) -> None:
+    def __init__(self, sitter: Sitter, grin: bool = False) -> None:
         self.upper, self.lower = (
             smooth(sitter.curves[f"rim_{e}"], FINE) for e in ("upper", "lower")
         )
@@ -35,6 +36,13 @@ class Mouth:
         crossed = gap < 0
         self.upper[crossed] = self.lower[crossed] = self.line[crossed]
         self.open = self.opening > OPEN
+        if grin and not self.open and sitter.smile > GRINNING:
+            apart = GRIN * min(sitter.smile, 1.2) * self.width * sitter.down
+            away = np.sin(np.linspace(0, np.pi, FINE))[:, None] ** 0.6 * apart
+            self.upper, self.lower = self.upper - 0.3 * away, self.lower + 0.7 * away
+            self.outer_upper = self.outer_upper - 0.3 * away
+            self.outer_lower = self.outer_lower + 0.7 * away
+            self.open = True
 
     def hole(self) -> Points:
         """The outline of what is between the lips."""
@@ -42,7 +50,7 @@ class Mouth:
 
 
 def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
-    mouth = Mouth(sitter)
+    mouth = Mouth(sitter, artist.grin)
     lips = artist.mouth in ("lips", "dark")
     if mouth.open:
         _open(canvas, sitter, artist, mouth)
@@ -73,6 +81,8 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
 def _open(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
     """An open mouth: its outline, and what its convention puts inside."""
     how = artist.open
+    if mouth.opening <= OPEN and how in ("black", "tongue"):
+        how = "teeth"  # lips that smile part before teeth that are closed
     tall = float(((mouth.lower - mouth.upper) @ sitter.down).max())
     if tall < 4 and how in ("grid", "rows", "tongue"):
         how = "outline"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.identity import crease_gain
 
 from .artist import Artist
 from .bending import Frame, ear_grown, jaw_bent, moved
@@ -31,18 +32,20 @@ class Sitter:
     """Everything that is drawn of a posed face, in pixels.
 
     curves : name -> (k, 2)        seen : name -> (k,) bool, whether that part faces the viewer
-    creases : name -> how deep, 1 at full natural activation
+    creases : name -> how deep, 1 at full natural activation        crease_names : of all
     face, head : (RAYS, 2) outlines of the face within jaw and hairline, of the whole skull
     ears : side -> (k, 2) its outline, of the ears that are seen
     neck : (2, k, 2) its right and left side in the picture, downward
     landmarks : (m, 2) where this artist has them
     origin, right, down, unit : the frame: between the eyes, unit vectors, pixels of 0.1 m
     turn : how far the nose points to the picture's right, -1 to 1        person : its identity
+    smile : how much both corners of the mouth smile, 1 at full natural activation
     """
 
     curves: dict[str, Points]
     seen: dict[str, NDArray[np.bool_]]
     creases: dict[str, float]
+    crease_names: tuple[str, ...]
     face: Points
     head: Points
     ears: dict[str, Points]
@@ -54,6 +57,7 @@ class Sitter:
     unit: float
     turn: float
     person: Mapping[str, float]
+    smile: float
 
     def at(self, x: NDArray | float, y: NDArray | float) -> Points:
         """Pixels (..., 2) of places in the frame, in units."""
@@ -105,12 +109,14 @@ def sit(
         {name: flat[at] for name, at in places.curves.items()},
         {name: facing[at] for name, at in places.curves.items()},
         _creases(places, parameters),
+        tuple(places.controls),
         frame.stretched(jaw_bent(face, frame, artist), artist),
         frame.stretched(head, artist),
         {k: frame.stretched(ear_grown(ear, frame, artist), artist) for k, ear in ears.items()},
         frame.stretched(neck, artist),
         flat[places.curves["landmarks"]],
         frame.origin, frame.right, frame.down, frame.unit, frame.turn, parameters.identity,
+        float(parameters.aus.get("smile", 0.0)) / 5,
     )  # fmt: skip
 
 
@@ -123,13 +129,14 @@ def _axes(rig: FaceRig, vertices: NDArray) -> NDArray[np.float64]:
 
 def _creases(places: Places, parameters: FaceParameters) -> dict[str, float]:
     """How deep the expression folds each crease, 1 at full natural activation."""
+    gain = float(np.clip(crease_gain(parameters.identity), 0.4, 1.5))
     worn = {name: value for name, value in parameters.aus.items() if value > 0}
     out = {}
     for name, controls in places.controls.items():
         other = "right" if name.endswith("left") else "left"
         depth = sum(worn.get(c, 0.0) for c in controls if not c.endswith(other))
         if depth:
-            out[name] = float(depth) / 5
+            out[name] = gain * float(depth) / 5
     return out
 
 
