@@ -17,8 +17,9 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from addon import commands, detect_command, evaluate_command, rig_command, train_command
-from addon.console import UsageError, say
+from addon.console import say
 from addon.terminal import Stopped, mute, prepare_streams, stoppable
+from facs_rig.common.errors import InputError
 
 ABOUT = """\
 A drawing of a face becomes a posable 3D face: the expression is read from the drawing as FACS
@@ -42,13 +43,6 @@ EXTRAS = {
 }
 
 STOPPED = "stopped; nothing half-done was left behind."
-
-# Errors whose text is one sentence for whoever called the command.
-MENDABLE = {
-    "addon.accepted": "SketchError",
-    "facs_rig.common.files": "OutputError",
-    "facs_rig.rig": "AssetError",
-}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -107,12 +101,8 @@ def _mendable(error: Exception) -> str:
     if isinstance(error, ModuleNotFoundError) and error.name in EXTRAS:
         extra = EXTRAS[error.name]
         return f"this needs {error.name}; install it with: pip install 'sketch-to-face[{extra}]'"
-    if isinstance(error, UsageError):
+    if isinstance(error, InputError):
         return str(error)
-    # A module that was never imported raised nothing either.
-    for module, kind in MENDABLE.items():
-        if module in sys.modules and isinstance(error, getattr(sys.modules[module], kind)):
-            return str(error)
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; close other programs, or ask for less."
     if isinstance(error, OSError):

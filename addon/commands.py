@@ -18,16 +18,15 @@ from typing import TYPE_CHECKING, Any
 from addon.console import (
     FACES,
     Bar,
-    UsageError,
     assignment,
     distinct,
     file_name,
     need_bpy,
     remark,
     say,
-    usage,
 )
 from addon.detect_command import degrees
+from facs_rig.common.errors import InputError
 
 if TYPE_CHECKING:
     pass
@@ -162,15 +161,14 @@ def fit(options: argparse.Namespace) -> int:
     if options.preview:
         check_output(options.preview, (".png",))
     values = {name: getattr(options, name) for name, *_ in describe()}
-    tweakables = usage(Tweakables, **values)
+    tweakables = Tweakables(**values)
     if options.align is not None:
-        usage(parse_box, options.align)
+        parse_box(options.align)
 
     from addon import pipeline
     from classifiers import load_detector
 
-    wanted = usage(
-        pipeline.FitOptions,
+    wanted = pipeline.FitOptions(
         tweakables=tweakables,
         align=options.align,
         pins=dict(map(_pin, options.pin)),
@@ -181,7 +179,7 @@ def fit(options: argparse.Namespace) -> int:
         stroke_width=options.stroke_width,
         stroke_profile=options.stroke_profile,
     )
-    usage(load_detector)
+    load_detector()
     with Bar("fitting") as bar:
         fitted = pipeline.fit(sketch, wanted, bar)
     report = pipeline.report(fitted, face)
@@ -203,12 +201,12 @@ def fit(options: argparse.Namespace) -> int:
 
 
 def _pin(text: str) -> tuple[str, tuple[float, float]]:
-    """NAME=U,V as a name and a place; UsageError if it is not."""
+    """NAME=U,V as a name and a place; InputError if it is not."""
     name, _, place = text.partition("=")
     try:
         u, v = (float(part) for part in place.split(","))
     except ValueError:
-        raise UsageError(f"A pin is NAME=U,V, a landmark and its pixel, not '{text}'.") from None
+        raise InputError(f"A pin is NAME=U,V, a landmark and its pixel, not '{text}'.") from None
     return name, (u, v)
 
 
@@ -293,13 +291,12 @@ def generate(options: argparse.Namespace) -> int:
     if sys.stderr.isatty() and options.engine == "contours" and jitted() is None:
         say("numba would find the lines five times as fast: pip install numba", 0)
     if options.preview < 0:
-        raise UsageError(f"--preview must be at least 0, got {options.preview}.")
+        raise InputError(f"--preview must be at least 0, got {options.preview}.")
     if options.preview:
-        usage(check_preview, Path(options.out))
+        check_preview(Path(options.out))
     started = time.perf_counter()
     with Bar("samples") as bar:
-        shards = usage(
-            generate,
+        shards = generate(
             options.count,
             options.out,
             seed=options.seed,

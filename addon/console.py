@@ -1,23 +1,20 @@
-"""What the commands share: their errors, progress bars and checks of their arguments."""
+"""What the commands share: what they say, progress bars and checks of their arguments."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from addon.terminal import mute, printable
+from facs_rig.common.errors import InputError
 
 FACES = (".glb", ".fbx", ".obj", ".ply", ".blend")
 # Endings that only Blender can write.
 BLENDERS = (".blend", ".fbx")
-
-
-class UsageError(ValueError):
-    """A command line that cannot be carried out; the text is one sentence."""
 
 
 def say(sentence: str, status: int, who: str = "sketch2face") -> int:
@@ -37,18 +34,8 @@ def remark(text: str) -> None:
         mute(sys.stdout)
 
 
-def usage(call: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-    """Call something that answers wrong arguments with a ValueError of one sentence."""
-    try:
-        return call(*arguments, **named)
-    except UsageError:
-        raise
-    except ValueError as error:
-        raise UsageError(str(error)) from error
-
-
 def assignment(text: str, option: str, example: str) -> tuple[str, float]:
-    """NAME=VALUE as a name and a number; UsageError if it is none.
+    """NAME=VALUE as a name and a number; InputError if it is none.
 
     option : what the text was given to;  example : what it could have been
     """
@@ -56,7 +43,7 @@ def assignment(text: str, option: str, example: str) -> tuple[str, float]:
     try:
         return name.strip(), float(value)
     except ValueError:
-        raise UsageError(f"{option} takes NAME=VALUE, such as {example}, not '{text}'.") from None
+        raise InputError(f"{option} takes NAME=VALUE, such as {example}, not '{text}'.") from None
 
 
 class Bar:
@@ -95,7 +82,7 @@ class Bar:
 
 
 def distinct(paths: Sequence[Any]) -> None:
-    """UsageError if two of these are one file, by the same name or by another: a link, a name in
+    """InputError if two of these are one file, by the same name or by another: a link, a name in
     other letters on a disk that does not tell them apart. None does not count."""
     seen: dict[object, Any] = {}
     for path in (path for path in paths if path):
@@ -108,7 +95,7 @@ def distinct(paths: Sequence[Any]) -> None:
             same = Path(path).name
             other = Path(seen[key]).name
             also = "" if other == same else f" (as '{other}', too)"
-            raise UsageError(f"'{same}' is named twice{also}; give every file a name of its own.")
+            raise InputError(f"'{same}' is named twice{also}; give every file a name of its own.")
         seen[key] = path
 
 
@@ -132,12 +119,12 @@ def file_name(text: str) -> str:
 
 
 def need_bpy(face: Path) -> None:
-    """UsageError if only Blender can write this file and there is none."""
+    """InputError if only Blender can write this file and there is none."""
     if face.suffix.lower() not in BLENDERS:
         return
     from importlib.util import find_spec
 
     if find_spec("bpy") is None:
-        raise UsageError(
+        raise InputError(
             f"writing '{face}' needs Blender as a module: pip install 'sketch-to-face[blender]'"
         )

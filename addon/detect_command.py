@@ -7,7 +7,7 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from addon.console import Bar, distinct, file_name, say, usage
+from addon.console import Bar, distinct, file_name, say
 from addon.terminal import mute, printable
 
 if TYPE_CHECKING:
@@ -34,8 +34,9 @@ def run(options: argparse.Namespace) -> int:
         for path in options.sketch:
             distinct([path, options.explain])
 
-    from addon.drawing import SketchError, load_drawing
+    from addon.drawing import load_drawing
     from classifiers import load_detector
+    from facs_rig.common.errors import InputError
 
     detector = None
     status = 0
@@ -43,10 +44,10 @@ def run(options: argparse.Namespace) -> int:
     for path in options.sketch:
         try:
             drawing = load_drawing(path)
-        except SketchError as error:
+        except InputError as error:
             status = say(str(error), 2)
             continue
-        detector = detector or usage(load_detector)
+        detector = detector or load_detector()
         detection = detector.detect(drawing.image)
         upright = drawing.turned(detection.turn)
         if detection.trouble:

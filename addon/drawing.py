@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy import ndimage
 
-from addon.accepted import FORMATS, SketchError
+from addon.accepted import FORMATS
 from addon.ruled import without_rules
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import reason_of
 
 Floats = NDArray[np.float32]
@@ -114,7 +115,7 @@ def load_drawing(path: str | Path) -> Drawing:
     Turned as the camera's orientation tag says, flattened on white (or on black, for light ink)
     where it is transparent, reduced to `LONGEST_SIDE` and normalised as `normalise` does it.
 
-    Raises SketchError for whatever is missing, unreadable, too small, too large, blank or not a
+    Raises InputError for whatever is missing, unreadable, too small, too large, blank or not a
     line drawing.
     """
     path = Path(path)
@@ -122,7 +123,7 @@ def load_drawing(path: str | Path) -> Drawing:
     name = f"'{path}'"
     size = picture.size
     if min(size) < SHORTEST_SIDE:
-        raise SketchError(_too_small(name, size))
+        raise InputError(_too_small(name, size))
     image, inverted = _normalise(_reduced(_values(picture), name), name)
     return Drawing(image=image, size=size, source=path, inverted=inverted)
 
@@ -138,7 +139,7 @@ def normalise(array: NDArray[Any], name: str = "The sketch") -> Floats:
     it is 0, and light ink on a dark ground is turned over. Normalising twice changes nothing, and
     a drawing and its negative give the same.
 
-    Raises SketchError for a picture that is too small, blank, or not a line drawing.
+    Raises InputError for a picture that is too small, blank, or not a line drawing.
     """
     return _normalise(_checked(array, name), name)[0]
 
@@ -147,12 +148,12 @@ def _checked(array: NDArray[Any], name: str) -> Floats:
     """A picture in memory as grey 0..1, if it is one and large enough."""
     array = np.asarray(array)
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)):
-        raise SketchError(
+        raise InputError(
             f"{name} has the shape {array.shape}; expected (h, w), (h, w, 3) or (h, w, 4)."
         )
     height, width = array.shape[:2]
     if min(height, width) < SHORTEST_SIDE:
-        raise SketchError(_too_small(name, (width, height)))
+        raise InputError(_too_small(name, (width, height)))
     return _unit(array)
 
 
@@ -167,37 +168,37 @@ def _open(path: Path) -> Image.Image:
     try:
         about = path.stat()
         if stat.S_ISDIR(about.st_mode):
-            raise SketchError(f"'{path}' is a folder; name one sketch in it.")
+            raise InputError(f"'{path}' is a folder; name one sketch in it.")
         if not stat.S_ISREG(about.st_mode):
-            raise SketchError(f"'{path}' is a device or a pipe; save the sketch in a file.")
+            raise InputError(f"'{path}' is a device or a pipe; save the sketch in a file.")
         if about.st_size == 0:
-            raise SketchError(f"'{path}' is an empty file; save the sketch again.")
+            raise InputError(f"'{path}' is an empty file; save the sketch again.")
         with warnings.catch_warnings():
             # Pillow's complaints (huge pictures, odd metadata) are ours to judge and to word.
             warnings.simplefilter("ignore")
             Image.init()  # registers all of FORMATS
             with Image.open(path, formats=FORMATS) as picture:
                 if picture.size[0] * picture.size[1] > MOST_PIXELS:
-                    raise SketchError(_too_large(path))
+                    raise InputError(_too_large(path))
                 picture.load()
                 return ImageOps.exif_transpose(picture)
     except Image.DecompressionBombError:
-        raise SketchError(_too_large(path)) from None
+        raise InputError(_too_large(path)) from None
     except UnidentifiedImageError:
-        raise SketchError(unreadable) from None
+        raise InputError(unreadable) from None
     except (FileNotFoundError, NotADirectoryError):
-        raise SketchError(f"There is no file '{path}'; check the name and the folder.") from None
+        raise InputError(f"There is no file '{path}'; check the name and the folder.") from None
     except PermissionError:
-        raise SketchError(f"'{path}' may not be read; change its permissions.") from None
-    except SketchError:
+        raise InputError(f"'{path}' may not be read; change its permissions.") from None
+    except InputError:
         raise
     except OSError as error:
         if error.errno is None:  # Pillow's own, of files that break off
-            raise SketchError(_damaged(path)) from None
-        raise SketchError(f"'{path}' cannot be read: {reason_of(error)}.") from None
+            raise InputError(_damaged(path)) from None
+        raise InputError(f"'{path}' cannot be read: {reason_of(error)}.") from None
     except (SyntaxError, ValueError, EOFError, struct.error, zlib.error):
         # What Pillow's decoders raise for files that begin well and then break off.
-        raise SketchError(_damaged(path)) from None
+        raise InputError(_damaged(path)) from None
 
 
 def _damaged(path: Path) -> str:
@@ -259,14 +260,14 @@ def _unit(array: NDArray[Any]) -> Floats:
 
 
 def _reduced(values: Floats, name: str) -> Floats:
-    """(h, w) tones, at most `LONGEST_SIDE` on a side. SketchError for a strip."""
+    """(h, w) tones, at most `LONGEST_SIDE` on a side. InputError for a strip."""
     height, width = values.shape
     shrink = max(height, width) / LONGEST_SIDE
     if shrink <= 1:
         return values
     smaller = (max(1, round(width / shrink)), max(1, round(height / shrink)))
     if min(smaller) < SHORTEST_SIDE:
-        raise SketchError(f"{name} is a strip of {width}×{height} pixels; crop it around the face.")
+        raise InputError(f"{name} is a strip of {width}×{height} pixels; crop it around the face.")
     return _resize(values, smaller)
 
 
@@ -281,10 +282,10 @@ def _resize(values: Floats, size: tuple[int, int]) -> Floats:
 def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
     """The drawing, and whether it had to be turned over."""
     if not np.isfinite(values).all():
-        raise SketchError(f"{name} holds values that are not numbers; save it again.")
+        raise InputError(f"{name} holds values that are not numbers; save it again.")
     dark, light = _extremes(values)
     if light - dark < _FAINTEST_CONTRAST:
-        raise SketchError(f"{name} is blank; draw a face on it, or choose another file.")
+        raise InputError(f"{name} is blank; draw a face on it, or choose another file.")
     inverted = _is_light_on_dark(np.clip((values - dark) / (light - dark), 0, 1))
     if inverted:
         values, dark, light = 1 - values, 1 - light, 1 - dark
@@ -292,7 +293,7 @@ def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
 
     paper = _paper(values, dark / light)
     if _tonality(1 - values / paper) > 1:
-        raise SketchError(
+        raise InputError(
             f"{name} looks like a photograph or a painting, not a line drawing; "
             "trace the lines of the face on a blank layer and use that."
         )
@@ -308,7 +309,7 @@ def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
         ink &= darkness > 0
     share = float(ink.mean())
     if share < _LEAST_INK:
-        raise SketchError(f"{name} is blank; draw a face on it, or choose another file.")
+        raise InputError(f"{name} is blank; draw a face on it, or choose another file.")
     # The darker half of the ink becomes full ink, the grain becomes paper. Both are fixed points
     # of a second pass: the grain is 0 then, and at least half of the ink is at 1.
     full = float(np.quantile(darkness[ink], 0.5, method="lower"))

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addon.console import Bar, name_paths, usage
+from addon.console import Bar, name_paths
+from facs_rig.common.errors import InputError
 
 if TYPE_CHECKING:
     from classifiers.training.evaluate import Progress
@@ -49,16 +50,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     with Bar("drawings") as bar:
-        return usage(evaluate, options, bar) or 0
+        evaluate(options, bar)
+    return 0
 
 
 def evaluate(options: argparse.Namespace, progress: Progress | None = None) -> None:
-    """Print the figures; ValueError if the shards or the weights cannot be used."""
+    """Print the figures; InputError if the shards or the weights cannot be used."""
     from classifiers import load_detector
     from classifiers.training.evaluate import rounded, table
 
     if options.baseline and not options.data:
-        raise ValueError("--baseline is measured on test sets: name one with --data.")
+        raise InputError("--baseline is measured on test sets: name one with --data.")
     if not options.data:
         stored = load_detector(options.weights).model["figures"]
         stored = {kind: stored[kind] for kind in ("clean", "drawn_over")}

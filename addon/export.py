@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.shape import Shape, rig_shape
 
@@ -58,16 +59,16 @@ def write_mesh(
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
     outputs : the job that this is a part of: the face appears together with its other files
-    Raises ValueError for another ending, or where Blender's module is needed and missing, and
+    Raises InputError for another ending, or where Blender's module is needed and missing, and
     OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in ENDINGS:
-        raise ValueError(f"'{path}' has no known ending; use {', '.join(ENDINGS)}.")
+        raise InputError(f"'{path}' has no known ending; use {', '.join(ENDINGS)}.")
     if names not in NAMES:
-        raise ValueError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
+        raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
-        raise ValueError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
+        raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
     moved = keys or suffix in (".glb", ".fbx")
     targets = morph_targets(rig, parameters, names) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
@@ -207,7 +208,7 @@ def _blender(suffix: str):
     try:
         import bpy
     except ImportError:
-        raise ValueError(
+        raise InputError(
             f"Writing {suffix} needs Blender's Python module: pip install bpy, or write .glb."
         ) from None
     bpy.ops.wm.read_factory_settings(use_empty=True)

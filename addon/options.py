@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, MAX_INTENSITY
+from facs_rig.common.errors import InputError
 from facs_rig.parameters import nearest
 from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
 
@@ -50,25 +51,25 @@ class FitOptions:
             ("The stroke profile (stroke_profile)", self.stroke_profile, tuple(PROFILES)),
         ):
             if value not in choices:
-                raise ValueError(f"{what} can be {', '.join(choices)}, not {value!r}.")
+                raise InputError(f"{what} can be {', '.join(choices)}, not {value!r}.")
         for what, length, most in (
             ("The stroke depth (stroke_depth)", self.stroke_depth, 1000 * DEEPEST),
             ("The stroke width (stroke_width)", self.stroke_width, 1000 * WIDEST),
         ):
             if not 0 < length <= most:
-                raise ValueError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
+                raise InputError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
         for name, place in self.pins.items():
             if name not in LANDMARKS:
                 hint = nearest(name, LANDMARKS) or "."
-                raise ValueError(f"There is no landmark '{name}'{hint}")
+                raise InputError(f"There is no landmark '{name}'{hint}")
             if len(place) != 2 or not all(map(math.isfinite, place)):
-                raise ValueError(f"The pin of {name} is a place u,v in pixels, not {place}.")
+                raise InputError(f"The pin of {name} is a place u,v in pixels, not {place}.")
         for name, intensity in self.expression.items():
             if name not in CONTROL_NAMES:
                 hint = nearest(name, CONTROL_NAMES) or "; `sketch2face rig --list` shows all."
-                raise ValueError(f"There is no control '{name}'{hint}")
+                raise InputError(f"There is no control '{name}'{hint}")
             if not 0 <= intensity <= MAX_INTENSITY:  # not-a-number fails both
-                raise ValueError(
+                raise InputError(
                     f"The intensity of {name} is at least 0 and at most {MAX_INTENSITY:g}, "
                     f"not {intensity:g}."
                 )

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.drawing import Drawing, SketchError, load_drawing
+from addon.drawing import Drawing, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.measure import Comparison
 from addon.options import METHODS, UNMATCHED, FitOptions
@@ -28,7 +28,9 @@ from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
+from facs_rig.common.polylines import line_length
 from snakes import Lines, carvable, engrave
 
 __all__ = [
@@ -114,7 +116,7 @@ def fit(
     `progress(done, total)` is called after each stage. detector : None is `load_detector()`.
     `shaped(parameters, offsets)` is called once these are final: a face can be built in the
     meantime. What is only said about a fit is worked out when it is asked for.
-    Raises SketchError, one sentence, for whatever cannot be read or shows no face, and ValueError
+    Raises InputError, one sentence, for whatever cannot be read or shows no face, and InputError
     for an unusable alignment.
     """
     options = options or FitOptions()
@@ -191,7 +193,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "projection": projection.tolist(),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
-            {"polyline": line.tolist(), "length_px": float(_length(line))}
+            {"polyline": line.tolist(), "length_px": line_length(line)}
             for line in face.unmatched
         ],
         "timings_s": face.timings_s,  # the last, when all has been measured
@@ -228,11 +230,11 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
 def _detect(
     drawing: Drawing, align: str | None, detector: Detector | None
 ) -> tuple[Drawing, Detection]:
-    """What is read from a drawing, and the drawing stood upright. SketchError if it is no face."""
+    """What is read from a drawing, and the drawing stood upright. InputError if it is no face."""
     head = head_in(drawing, align)
     detection = (detector or load_detector()).detect(drawing.image, head)
     if detection.trouble:
-        raise SketchError(detection.no_face(_name(drawing)))
+        raise InputError(detection.no_face(_name(drawing)))
     return drawing.turned(detection.turn), detection
 
 
@@ -257,10 +259,6 @@ def _carved(
 
 def _name(drawing: Drawing) -> str:
     return f"'{drawing.source}'" if drawing.source else "the drawing"
-
-
-def _length(line: NDArray) -> float:
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 
 class _Stages:

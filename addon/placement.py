@@ -11,10 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.accepted import SketchError
 from addon.drawing import Drawing
 from classifiers.preprocess import Crop
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.errors import InputError
 from snakes import HEAD, align, head_box, parse_box
 
 Box = tuple[float, float, float, float]
@@ -32,7 +32,7 @@ def head_in(drawing: Drawing, text: str | None) -> Crop | None:
     """The part of `drawing.image` that 'left,top,right,bottom' names, in pixels of the picture
     that was handed in; None where the head is looked for.
 
-    Raises SketchError, one sentence, for a text that is no box or a box that holds no head.
+    Raises InputError, one sentence, for a text that is no box or a box that holds no head.
     """
     if text is None:
         return None
@@ -41,26 +41,26 @@ def head_in(drawing: Drawing, text: str | None) -> Crop | None:
     wide, high = right - left, bottom - top
     said = f"The head's box '{text}'"
     if min(wide, high) < SMALLEST:
-        raise SketchError(
+        raise InputError(
             f"{said} is too small: a face needs at least "
             f"{SMALLEST * su:.0f}×{SMALLEST * sv:.0f} pixels of this sketch."
         )
     across = max(min(right, width) - max(left, 0), 0)
     down = max(min(bottom, height) - max(top, 0), 0)
     if across / wide * (down / high) < ON_PAGE:
-        raise SketchError(
+        raise InputError(
             f"{said} lies mostly outside the sketch, which has {drawing.size[0]}×"
             f"{drawing.size[1]} pixels."
         )
     if max(wide / high, high / wide) > SLIMMEST:
-        raise SketchError(
+        raise InputError(
             f"{said} is no head's: it is {wide * su:.0f} pixels wide and {high * sv:.0f} high."
         )
     inside = drawing.image[
         int(max(top, 0)) : int(np.ceil(bottom)), int(max(left, 0)) : int(np.ceil(right))
     ]
     if float((inside < 0.5).mean()) < LEAST_INK:
-        raise SketchError(f"There is nothing drawn in the head's box '{text}'.")
+        raise InputError(f"There is nothing drawn in the head's box '{text}'.")
     return Crop(left, top, wide, high)
 
 
@@ -82,17 +82,14 @@ def camera_for(
     otherwise by the landmarks that were found, and by the pins.
 
     box, pins : in pixels of the picture that was handed in      landmarks : of `drawing.image`
-    Raises SketchError, one sentence, where no head can be.
+    Raises InputError, one sentence, where no head can be.
     """
     pinned = pins_in(drawing, pins)
-    try:
-        if box is None:
-            found = align(drawing.image, rig, parameters, landmarks)
-        else:
-            found = align(drawing.image, rig, parameters, box=_box(drawing, box))
-        near = head_box(rig.pose(parameters), found) if pinned else None
-    except ValueError as error:
-        raise SketchError(str(error)) from error
+    if box is None:
+        found = align(drawing.image, rig, parameters, landmarks)
+    else:
+        found = align(drawing.image, rig, parameters, box=_box(drawing, box))
+    near = head_box(rig.pose(parameters), found) if pinned else None
     if near is None:
         return found
     _check_near(drawing, near, pinned)
@@ -100,12 +97,12 @@ def camera_for(
         return found
     try:
         return align(drawing.image, rig, parameters, {**landmarks, **pinned})
-    except ValueError:
+    except InputError:
         raise apart(pins) from None
 
 
 def check_pins(rig: FaceRig, vertices: NDArray, camera: Camera, pins: Places) -> None:
-    """SketchError if a fitted face (n, 3) could not bring its landmarks to their pins.
+    """InputError if a fitted face (n, 3) could not bring its landmarks to their pins.
 
     pins : pixels of the camera
     """
@@ -118,34 +115,34 @@ def check_pins(rig: FaceRig, vertices: NDArray, camera: Camera, pins: Places) ->
         raise apart(pins)
 
 
-def apart(pins: Places) -> SketchError:
+def apart(pins: Places) -> InputError:
     """What to say where no face can have all its pins."""
     names = ", ".join([*pins][:4]) + (", …" if len(pins) > 4 else "")
     if len(pins) == 1:
-        return SketchError(
+        return InputError(
             f"No face of this sketch can have its {names} where it is pinned; move the pin, or "
             "say where in the picture the head is."
         )
-    return SketchError(
+    return InputError(
         f"No face can have all of {names} where they are pinned; move or take away those that "
         "are not in their place."
     )
 
 
 def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
-    """SketchError if a pin is not on the page, or far from the head; pixels of the drawing."""
+    """InputError if a pin is not on the page, or far from the head; pixels of the drawing."""
     height, width = drawing.image.shape
     left, top, right, bottom = box
     room_u, room_v = FARTHEST * (right - left), FARTHEST * (bottom - top)
     for name, (u, v) in pins.items():
         at = "{:g},{:g}".format(*drawing.to_input((u, v)))
         if not (0 <= u <= width and 0 <= v <= height):
-            raise SketchError(
+            raise InputError(
                 f"The pin of {name} at {at} lies outside the sketch, which has "
                 f"{drawing.size[0]}×{drawing.size[1]} pixels."
             )
         if not (left - room_u <= u <= right + room_u and top - room_v <= v <= bottom + room_v):
-            raise SketchError(
+            raise InputError(
                 f"The pin of {name} at {at} is far from the head that was found; move it, or say "
                 "where in the picture the head is."
             )
@@ -153,10 +150,7 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
 
 def _box(drawing: Drawing, text: str) -> Box:
     """The head's box in pixels of `drawing.image`."""
-    try:
-        left, top, right, bottom = parse_box(text)
-    except ValueError as error:
-        raise SketchError(str(error)) from None
+    left, top, right, bottom = parse_box(text)
     corners = drawing.to_image([(left, top), (right, bottom)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

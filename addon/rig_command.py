@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 from addon.console import (
     FACES,
     Bar,
-    UsageError,
     assignment,
     distinct,
     file_name,
     need_bpy,
     remark,
-    usage,
 )
+from facs_rig.common.errors import InputError
 
 if TYPE_CHECKING:
     from facs_rig import FaceParameters
@@ -114,16 +113,16 @@ OWN = {
 
 def run(options: argparse.Namespace) -> int:
     if options.sheet and options.output:
-        raise UsageError("--sheet and -o are two jobs; call the command once for each.")
+        raise InputError("--sheet and -o are two jobs; call the command once for each.")
     if (options.list or options.json) and (options.sheet or options.output):
-        raise UsageError("--list and --json print the list; leave --sheet and -o away.")
+        raise InputError("--list and --json print the list; leave --sheet and -o away.")
     for job, names in OWN.items():
         asked = options.sheet if job.startswith("--sheet") else options.output
         for name in names:
             if getattr(options, name) and not asked:
-                raise UsageError(f"--{name} belongs to {job}; add that.")
+                raise InputError(f"--{name} belongs to {job}; add that.")
     if options.identity and not (options.sheet or options.output):
-        raise UsageError("--identity belongs to --sheet OUT.png or -o FACE; add one of them.")
+        raise InputError("--identity belongs to --sheet OUT.png or -o FACE; add one of them.")
     if options.sheet:
         return _sheet(options)
     if options.output:
@@ -200,12 +199,11 @@ def _sheet(options: argparse.Namespace) -> int:
     from facs_rig import CONTROL_NAMES, load_rig
     from facs_rig.identity import check_identity
 
-    usage(check_identity, identity)
+    check_identity(identity)
     both = options.shaded == options.drawn
     kinds = sheet.KINDS if both else ("shaded",) if options.shaded else ("drawn",)
     with Bar("drawing") as bar:
-        picture = usage(
-            sheet.contact_sheet,
+        picture = sheet.contact_sheet(
             load_rig(),
             tuple(options.only or CONTROL_NAMES),
             kinds=kinds,
@@ -229,9 +227,9 @@ def _export(options: argparse.Namespace) -> int:
 
     face = check_output(options.output, FACES)
     if options.keys and face.suffix.lower() != ".obj":
-        raise UsageError(f"'{face.name}' holds its shape keys itself; --keys is for .obj alone.")
+        raise InputError(f"'{face.name}' holds its shape keys itself; --keys is for .obj alone.")
     if options.names and face.suffix.lower() in (".obj", ".ply") and not options.keys:
-        raise UsageError(
+        raise InputError(
             f"a file such as '{face.name}' cannot hold shape keys; use .glb, .fbx, .blend, "
             "or .obj with --keys."
         )
@@ -243,8 +241,7 @@ def _export(options: argparse.Namespace) -> int:
     from facs_rig import load_rig
 
     with Bar("writing") as bar:
-        usage(
-            write_mesh,
+        write_mesh(
             face,
             load_rig(),
             parameters,
@@ -262,7 +259,7 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
 
     start = FaceParameters()
     if options.expression:
-        start = usage(expressions.read, options.expression)
+        start = expressions.read(options.expression)
     aus = dict(assignment(text, "--au", "smile=5") for text in options.au or ())
     identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
     turns: Mapping[str, Any] = {
@@ -273,7 +270,7 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
     posed = replace(
         start, aus={**start.aus, **aus}, identity={**start.identity, **identity}, **turns
     )
-    usage(expressions.check, posed)
+    expressions.check(posed)
     return posed
 
 
@@ -287,5 +284,5 @@ def _angles(text: str, part: str, names: tuple[str, ...]) -> tuple[float, ...]:
         degrees = []
     if len(degrees) != len(names):
         wanted = ",".join(name.upper() for name in names)
-        raise UsageError(f"--{part} takes {wanted} in degrees, not '{text}'.")
+        raise InputError(f"--{part} takes {wanted} in degrees, not '{text}'.")
     return tuple(radians(value) for value in degrees)

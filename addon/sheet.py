@@ -15,6 +15,7 @@ from addon.preview import PAPER, paint
 from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from facs_rig import CONTROL_NAMES, CONTROLS, Camera, FaceParameters, FaceRig, landmark_points
+from facs_rig.common.errors import InputError
 from facs_rig.rotation import rotation
 
 Picture = NDArray[np.uint8]  # (h, w, 3)
@@ -185,7 +186,7 @@ def contact_sheet(
     identity : who wears the expressions;  layers : of the drawings, see dataset_gen.draw_strokes
     columns : controls beside each other (chosen if None)
     Turned faces show the side that acts.
-    Raises ValueError for unknown names, kinds, views, layers and sizes.
+    Raises InputError for unknown names, kinds, views, layers and sizes.
     """
     _check(names, kinds, view, size)
     who = dict(identity or {})
@@ -234,14 +235,14 @@ def _check(names: Sequence[str], kinds: Sequence[str], view: str, size: int) -> 
 
     intensities(dict.fromkeys(names, 0.0))
     if not names:
-        raise ValueError("a contact sheet needs at least one control")
+        raise InputError("a contact sheet needs at least one control")
     for kind in kinds:
         if kind not in KINDS:
-            raise ValueError(f"a face can be {' or '.join(KINDS)}, not '{kind}'")
+            raise InputError(f"a face can be {' or '.join(KINDS)}, not '{kind}'")
     if view not in VIEWS:
-        raise ValueError(f"there is no view '{view}'; choose from {', '.join(VIEWS)}")
+        raise InputError(f"there is no view '{view}'; choose from {', '.join(VIEWS)}")
     if not SMALLEST <= size <= LARGEST:
-        raise ValueError(f"the size of a face is {SMALLEST} to {LARGEST} pixels, not {size}")
+        raise InputError(f"the size of a face is {SMALLEST} to {LARGEST} pixels, not {size}")
 
 
 def _heading(control, width: int, size: int) -> Picture:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from addon.accepted import FORMATS, SketchError
+from addon.accepted import FORMATS
+from facs_rig.common.errors import InputError
 
 # What files of accepted.FORMATS are called, where that is not simply the format's name.
 _ENDINGS = {"JPEG": (".jpg", ".jpeg"), "TIFF": (".tif", ".tiff"), "PPM": (".ppm", ".pgm", ".pbm")}
@@ -16,17 +17,17 @@ EVERY = 24  # frames from one sketch to the next: a second of film
 def sketches_in(folder: str | Path) -> list[Path]:
     """The pictures in a folder, not in those inside it, as people count: 2.png before 10.png.
 
-    SketchError, one sentence, if there is no such folder or no picture in it.
+    InputError, one sentence, if there is no such folder or no picture in it.
     """
     folder = Path(folder)
     try:
         files = [path for path in folder.iterdir() if path.is_file()]
     except OSError as error:
         reason = (error.strerror or "it is out of reach").lower()
-        raise SketchError(f"The folder '{folder}' cannot be read: {reason}.") from None
+        raise InputError(f"The folder '{folder}' cannot be read: {reason}.") from None
     found = [p for p in files if p.suffix.lower() in SUFFIXES and not p.name.startswith(".")]
     if not found:
-        raise SketchError(
+        raise InputError(
             f"There is no picture in '{folder}'; choose the folder that your sketches are in "
             f"({', '.join(SUFFIXES)})."
         )

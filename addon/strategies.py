@@ -51,7 +51,7 @@ def by_lines(
     """Person, expression and skin with which the face's lines lie on the drawing's.
 
     expression, camera : as detected and aligned
-    Raises SketchError where no face can have its pins.
+    Raises InputError where no face can have its pins.
     """
     pins = pins_in(drawing, options.pins)
     sure = detection.face_probability >= LEAST_FACE

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from addon.drawing import SketchError
 from dataset_gen.linework.ink import lay
-from dataset_gen.linework.polylines import Polylines, spread
+from facs_rig.common.errors import InputError
+from facs_rig.common.polylines import Polylines, spread
 
 __all__ = ["PenStroke", "page_of_strokes", "plane_of"]
 
@@ -58,7 +58,7 @@ def plane_of(points: NDArray[np.floating], name: str = "The drawing") -> NDArray
     follow a surface do not turn the drawing. Up is the world's up as it appears in the plane, +y on
     the floor. Points on a line, and less than three, are seen from the front.
 
-    Raises SketchError, one sentence, for coordinates that are not finite.
+    Raises InputError, one sentence, for coordinates that are not finite.
     """
     points = _finite(np.asarray(points, np.float64).reshape(-1, 3), name)
     if len(points) < 3:
@@ -93,13 +93,13 @@ def page_of_strokes(
     plane, metres (x, y), is ``to_plane @ (u, v, 1)``, pixel centres at .5. Lines are as wide as
     the pen's, but not under THINNEST nor over THICKEST. Transparent strokes do not count.
 
-    Raises SketchError, one sentence, if nothing is drawn or a number is not finite.
+    Raises InputError, one sentence, if nothing is drawn or a number is not finite.
     """
     if size < 1 or not 0 <= margin < 0.5:
         raise ValueError(f"A page of {size} pixels cannot have a margin of {margin:g} of them.")
     strokes = [stroke for stroke in strokes if len(stroke.points) and np.any(stroke.opacity)]
     if not strokes:
-        raise SketchError(f"{name} has no strokes that can be seen; draw a face first.")
+        raise InputError(f"{name} has no strokes that can be seen; draw a face first.")
     lines = Polylines.of([np.asarray(stroke.points, np.float64) for stroke in strokes])
     points = _finite(lines.points, name)
     widths = _finite(_each([stroke.widths for stroke in strokes], lines), name)
@@ -140,7 +140,7 @@ def _each(values: Sequence[ArrayLike], lines: Polylines) -> NDArray[np.float64]:
 
 def _finite(values: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     if not np.isfinite(values).all():
-        raise SketchError(
+        raise InputError(
             f"{name} has points that are nowhere (not finite numbers); erase their strokes and "
             "draw them again."
         )

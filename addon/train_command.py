@@ -11,7 +11,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addon.console import name_paths, usage
+from addon.console import name_paths
+from facs_rig.common.errors import InputError
 
 if TYPE_CHECKING:
     from classifiers.training.common import Config
@@ -54,11 +55,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    return usage(train, options) or 0
+    train(options)
+    return 0
 
 
 def train(options: argparse.Namespace) -> None:
-    """Train and export; ValueError if the data or the options cannot be used."""
+    """Train and export; InputError if the data or the options cannot be used."""
     # Before torch is loaded: threads spinning at a barrier take the core that draws the batches.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     from classifiers.training import shards
@@ -67,7 +69,7 @@ def train(options: argparse.Namespace) -> None:
 
     config = Config(**{field.name: getattr(options, field.name) for field in fields(Config)})
     if bool(options.only) != bool(options.start):
-        raise ValueError("--only and --start belong together: which units, and to what.")
+        raise InputError("--only and --start belong together: which units, and to what.")
     for names in (options.only, options.baseline):
         if names is not None:
             chosen(names)  # a slip in a name is told before the drawings are read
@@ -99,7 +101,7 @@ def train(options: argparse.Namespace) -> None:
 
 
 def chosen(names: str) -> tuple[str, ...]:
-    """The controls named with commas; 'twelve' are those of the thesis. ValueError for others."""
+    """The controls named with commas; 'twelve' are those of the thesis. InputError for others."""
     from facs_rig import CONTROL_NAMES, DETECTED
 
     if names == "twelve":
@@ -107,7 +109,7 @@ def chosen(names: str) -> tuple[str, ...]:
     wanted = tuple(name for name in names.replace(" ", "").split(",") if name)
     unknown = [name for name in wanted if name not in CONTROL_NAMES]
     if unknown or not wanted:
-        raise ValueError(
+        raise InputError(
             f"There is no unit {', '.join(unknown) or 'named'}: `sketch2face rig` lists them."
         )
     return wanted

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.errors import InputError
+
 from .conflicts import settle
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
@@ -214,7 +216,7 @@ class Detector:
         there is read whatever it looks like
 
         A drawing that lies on its side or upside down is turned: see `turn` of the detection.
-        Raises ValueError for another shape, dtype or range. A page without a face gives a detection
+        Raises InputError for another shape, dtype or range. A page without a face gives a detection
         with a `trouble`: the caller decides what to make of it.
         """
         turn, reading = upright(self, as_page(drawing), head)
@@ -369,10 +371,10 @@ def load_detector(folder: Path = WEIGHTS, threads: int = THREADS) -> Detector:
     """The shipped detector, or that of another weights folder; loaded once for each number of
     `threads` that ONNX Runtime may use.
 
-    Raises ValueError, one sentence, for weights that cannot be used or less than one thread.
+    Raises InputError, one sentence, for weights that cannot be used or less than one thread.
     """
     if threads < 1:
-        raise ValueError(f"The detector runs on at least one thread, not {threads}.")
+        raise InputError(f"The detector runs on at least one thread, not {threads}.")
     return _loaded(Path(folder), threads)
 
 

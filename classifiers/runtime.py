@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.errors import InputError
+
 from .labels import FULL
 from .preprocess import Floats
 
@@ -78,39 +80,39 @@ class Runtime:
         )
 
     def _check(self, path: Path) -> None:
-        """ValueError if the networks are not those that the description is of."""
+        """InputError if the networks are not those that the description is of."""
         shapes = {output.name: output.shape for output in self._session.get_outputs()}
         counts = {"units": len(self.model["aus"]), "landmarks": len(self.model["landmarks"])}
         known = {"angles", "face", "found"} <= set(shapes)
         if not known or any(shapes.get(name, [0, 0])[1] != n for name, n in counts.items()):
-            raise ValueError(
+            raise InputError(
                 f"{path} does not belong to the {DESCRIPTION} beside it: install the package again."
             )
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """model.json of a weights folder; ValueError names the file if it is missing or damaged."""
+    """model.json of a weights folder; InputError names the file if it is missing or damaged."""
     path = Path(folder) / DESCRIPTION
     try:
         model = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise ValueError(
+        raise InputError(
             f"{path} is missing: install the package again, or train with `sketch2face train`."
         ) from None
     except (ValueError, RecursionError):
-        raise ValueError(f"{path} is damaged: install the package again.") from None
+        raise InputError(f"{path} is damaged: install the package again.") from None
     except OSError:
-        raise ValueError(f"{path} cannot be read: install the package again.") from None
+        raise InputError(f"{path} cannot be read: install the package again.") from None
     if not isinstance(model, dict) or model.get("checksum", checksum(model)) != checksum(model):
-        raise ValueError(f"{path} is damaged: install the package again.")
+        raise InputError(f"{path} is damaged: install the package again.")
     if model.get("format") != FORMAT:
-        raise ValueError(
+        raise InputError(
             f"{path} has format {model.get('format')}, this version reads {FORMAT}: weights and"
             " program must come from the same release."
         )
     missing = sorted(KEYS - set(model))
     if missing:
-        raise ValueError(f"{path} lacks {', '.join(missing)}: install the package again.")
+        raise InputError(f"{path} lacks {', '.join(missing)}: install the package again.")
     return model
 
 
@@ -121,13 +123,13 @@ def checksum(model: Mapping[str, Any]) -> str:
 
 
 def open_session(path: Path, sha256: str, threads: int):
-    """ONNX Runtime on a weights file; ValueError names it if its checksum is not the known one."""
+    """ONNX Runtime on a weights file; InputError names it if its checksum is not the known one."""
     try:
         weights = path.read_bytes()
     except OSError:
-        raise ValueError(f"{path} cannot be read: install the package again.") from None
+        raise InputError(f"{path} cannot be read: install the package again.") from None
     if hashlib.sha256(weights).hexdigest() != sha256:
-        raise ValueError(f"{path} is damaged or of another version: install the package again.")
+        raise InputError(f"{path} is damaged or of another version: install the package again.")
     # It would report its use to its maker, and complain on stderr where HOME cannot be written to.
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -44,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(missing, file=sys.stderr)
         return 2
     from dataset_gen.generate import generate
+    from facs_rig.common.errors import InputError
 
     try:
         if options.jobs > 1 and started_by_blender():
@@ -53,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
             jobs=options.jobs, resume=options.resume, scheme=options.scheme,
             strokes=options.strokes, meshes=options.meshes, progress=Line(),
         )  # fmt: skip
-    except (ValueError, OSError) as error:
+    except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     print(f"{options.count} samples in {len(shards)} shards in {options.out}")
@@ -193,8 +194,10 @@ def workers_are_blenders() -> None:
 
     import bpy
 
+    from facs_rig.common.errors import InputError
+
     if os.name != "posix":
-        raise ValueError("--jobs inside Blender needs Linux or macOS; leave it out")
+        raise InputError("--jobs inside Blender needs Linux or macOS; leave it out")
     folder = Path(tempfile.mkdtemp(prefix="sketch2face-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     script = folder / "python"

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import facs_rig
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from .linework import arrays
@@ -48,22 +49,22 @@ T = TypeVar("T")
 def connect(address: str, recipe: Recipe) -> Iterator[Client]:
     """A connection to the scheduler at `address`, whose workers are fit to make these shards.
 
-    Leaving it drops whatever was not finished. Raises ValueError where there is no scheduler or no
+    Leaving it drops whatever was not finished. Raises InputError where there is no scheduler or no
     worker, and if a worker's packages would give other bytes than those of this computer.
     """
     try:
         from distributed import Client
     except ImportError:
-        raise ValueError(
+        raise InputError(
             "--dask needs the package distributed: pip install 'sketch-to-face[cluster]'"
         ) from None
     if not re.fullmatch(r"\w+://[^\s/]+:\d+", address):
-        raise ValueError(f"--dask needs an address such as tcp://HOST:8786, got '{address}'")
+        raise InputError(f"--dask needs an address such as tcp://HOST:8786, got '{address}'")
     with _quiet():
         try:
             client = Client(address, timeout=PATIENCE, set_as_default=False, name="sketch2face")
         except (OSError, ValueError):
-            raise ValueError(
+            raise InputError(
                 f"no Dask scheduler answers at {address}; start one with `dask scheduler`, and "
                 f"workers with {_how(address)}"
             ) from None
@@ -95,7 +96,7 @@ def _quiet() -> Iterator[None]:
 def run(client: Client, todo: dict[Path, range], recipe: Recipe) -> Generator[Path, None, None]:
     """Have the shards made and write each as it arrives; yields each that is whole.
 
-    Raises ValueError when the cluster is lost or a shard kills its workers; OSError of the disk.
+    Raises InputError when the cluster is lost or a shard kills its workers; OSError of the disk.
     """
     address = client.scheduler.address  # a lost one forgets it
     waiting = iter(todo.items())
@@ -128,7 +129,7 @@ def _result(client: Client, future: Future, path: Path) -> tuple[str, dict, byte
     if future.status == "error":
         problem = future.exception()
         if isinstance(problem, KilledWorker):
-            raise ValueError(
+            raise InputError(
                 f"every worker that made {path.name} was killed, perhaps for want of memory; "
                 "give each more (dask worker --memory-limit), and run again with --resume"
             )
@@ -153,7 +154,7 @@ def _connection(address: str) -> Iterator[None]:
     try:
         yield
     except (CancelledError, OSError):
-        raise ValueError(
+        raise InputError(
             f"the Dask scheduler at {address} was lost; what is whole stays: start it again "
             "(`dask scheduler`) and run with --resume"
         ) from None
@@ -171,15 +172,15 @@ def _how(address: str) -> str:
 
 
 def _check(worker: str, told: object, recipe: Recipe) -> None:
-    """ValueError unless a worker has what this computer has."""
+    """InputError unless a worker has what this computer has."""
     if not isinstance(told, dict):
-        raise ValueError(
+        raise InputError(
             f"the worker {worker} cannot import sketch-to-face ({told}); install it there"
         )
     for name, here in installed(recipe).items():
         there = told.get(name)
         if there != here:
-            raise ValueError(
+            raise InputError(
                 f"the worker {worker} has {_named(name, there)} and this computer "
                 f"{_named(name, here)}, which may show in the files; install the same on both"
             )

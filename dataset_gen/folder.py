@@ -17,6 +17,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import clear, is_work, write_text
 from facs_rig.shards import ShardError, files_of, record_of, samples_of, size_of
 
@@ -51,16 +52,16 @@ def opened(out: Path, resume: bool) -> Iterator[Earlier]:
     Raises ValueError if it holds anything else, shards without `resume`, or another run's work.
     """
     if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; --out needs a folder")
+        raise InputError(f"{out} is a file; --out needs a folder")
     out.mkdir(parents=True, exist_ok=True)
     with _alone(out):
         _clear(out)
         names = sorted(path.name for path in out.iterdir() if not is_work(path.name))
         if not resume and any(name.startswith("shard-") for name in names):
-            raise ValueError(f"{out} already holds shards; choose another folder or add --resume")
+            raise InputError(f"{out} already holds shards; choose another folder or add --resume")
         foreign = [name for name in names if not (resume and _NAMES.fullmatch(name))]
         if foreign:
-            raise ValueError(
+            raise InputError(
                 f"{out} holds something else ('{foreign[0]}'); choose a new or an empty folder"
             )
         try:
@@ -82,7 +83,7 @@ def _alone(out: Path) -> Iterator[None]:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ValueError(
+            raise InputError(
                 f"another run is writing into {out}; wait until it ends, or choose another folder"
             ) from None
         except OSError:  # a network's disk that knows no locks
@@ -124,7 +125,7 @@ def _told(path: Path) -> dict:
     except (ValueError, LookupError, TypeError):
         ours = False
     if not ours:
-        raise ValueError(
+        raise InputError(
             f"{path} is not what this version writes there, or damaged; move it away or choose "
             "another folder"
         )
@@ -137,7 +138,7 @@ def _told(path: Path) -> dict:
 def kept(plan: dict[Path, range], recipe: Recipe, earlier: Earlier) -> dict[Path, str]:
     """The shards of the plan that are there and whole, with their checksums.
 
-    Those that hold fewer samples than planned are left out: they are made again. Raises ValueError
+    Those that hold fewer samples than planned are left out: they are made again. Raises InputError
     for damaged ones, for those of another recipe, and for more samples than are planned.
     """
     sums, damaged = {}, []
@@ -156,10 +157,10 @@ def kept(plan: dict[Path, range], recipe: Recipe, earlier: Earlier) -> dict[Path
     if damaged:
         names = [str(damaged[0]), *(path.name for path in damaged[1:])]
         are, them = ("is", "it") if len(names) == 1 else ("are", "them")
-        raise ValueError(f"{', '.join(names)} {are} damaged; delete {them} to make {them} anew")
+        raise InputError(f"{', '.join(names)} {are} damaged; delete {them} to make {them} anew")
     more = sorted(path for path in next(iter(plan)).parent.glob("shard-*.tar") if path not in plan)
     if more:
-        raise ValueError(
+        raise InputError(
             f"{more[0]} is of a longer data set; resume with its --count or a larger one"
         )
     return sums
@@ -178,14 +179,14 @@ def _holds(path: Path, indices: range, recipe: Recipe) -> bool:
     except KeyError:
         raise ShardError("not a sample of ours") from None
     if made != recipe:
-        raise ValueError(
+        raise InputError(
             f"{path} was made with {_named(made)}; resume with the same ones or choose another "
             "folder"
         )
     endings = ("json", "png", "ply") if meshes else ("json", "png")
     wanted = [f"{index:08d}.{ending}" for index in indices for ending in endings]
     if len(names) > len(wanted) and names[: len(wanted)] == wanted:
-        raise ValueError(
+        raise InputError(
             f"{path} holds more samples than --count asks for; resume with as many or more"
         )
     if names != wanted[: len(names)]:
@@ -216,7 +217,7 @@ def same_versions(earlier: Earlier, recipe: Recipe) -> None:
     for name, here in versions(recipe).items():
         there = (earlier.versions or {}).get(name, here)
         if there != here:
-            raise ValueError(
+            raise InputError(
                 f"{earlier.source} tells of {name} {there or '(none)'} and here is "
                 f"{here or 'none'}, which may show in the bytes; install the same, or choose "
                 "another folder"
@@ -263,7 +264,7 @@ def check_preview(folder: Path) -> None:
     except (OSError, ValueError, SyntaxError):
         ours = False
     if not ours:
-        raise ValueError(
+        raise InputError(
             f"{path} was not drawn by --preview and would be replaced; move it away or leave "
             "--preview out"
         )

@@ -16,17 +16,18 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceRig, rasterise
 from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.common.polylines import line_length
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import Buffers
 
-from .freestyle_view_map import FreestyleError, Nature, ViewMap, version, view_map
+from .freestyle_view_map import InputError, Nature, ViewMap, version, view_map
 from .linework.hidden import BIAS, DIP, LIFT, Scene
 from .linework.lines import LEAST, LEAST_ANGLE, Surface, draw_strokes
 from .linework.strokes import LineSet, Stroke, cut
 from .linework.topology import FaceTopology, face_topology
 from .linework.zero_sets import chains
 
-__all__ = ["KINDS", "FreestyleError", "freestyle_strokes", "version"]
+__all__ = ["KINDS", "InputError", "freestyle_strokes", "version"]
 
 KINDS = ("contour", "suggestive", "valley", "boundary", "crease")  # that Freestyle has
 # Those that data sets are drawn with. Its valleys are too few: of the folds of a strong expression
@@ -61,10 +62,10 @@ def freestyle_strokes(
     engine, by curvatures in 1/m. Freestyle's "ridges and valleys" are one set of lines, where the
     smaller principal curvature changes its sign; those of them in hollow places are drawn.
 
-    Raises ValueError for an unknown layer or kind, FreestyleError where Freestyle cannot draw.
+    Raises InputError for an unknown layer or kind, InputError where Freestyle cannot draw.
     """
     for kind in set(kinds) - set(KINDS):
-        raise ValueError(f"Freestyle draws no '{kind}'; it has: {', '.join(KINDS)}")
+        raise InputError(f"Freestyle draws no '{kind}'; it has: {', '.join(KINDS)}")
     painted = draw_strokes(rig, vertices, camera, detail, layers, kinds=())
     face = face_topology(rig)
     curves = [rig.curves[layer] for layer in layers if layer in rig.curves]
@@ -81,7 +82,7 @@ def freestyle_strokes(
     for lines, free in _line_sets(surface, face, near, found, kinds, detail):
         pixels, seen, nearly = _seen(lines, free, scene)
         cuts = cut([lines], pixels, seen, nearly)
-        strokes += [s for s in cuts if lines.kind not in FADING or _length(s.points) > SHORTEST]
+        strokes += [s for s in cuts if lines.kind not in FADING or line_length(s.points) > SHORTEST]
     return strokes + painted
 
 
@@ -254,7 +255,3 @@ def _smoothed(points: NDArray, segments: NDArray) -> NDArray:
         np.add.at(total, segments[:, 1], points[segments[:, 0]])
         points = np.where(inner, points / 2 + total / 4, points)
     return points
-
-
-def _length(points: NDArray) -> float:
-    return float(np.hypot(*np.diff(points, axis=0).T).sum())

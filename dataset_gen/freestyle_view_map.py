@@ -27,15 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera
+from facs_rig.common.errors import InputError
 
 OLDEST = (3, 4, 0)
 UNITS = 10.0  # Blender units a metre: Freestyle's own tolerances are made for models of that size
 FAR = 4.0  # metres from the origin to the orthographic camera
 NAME = "Sketch to Face Freestyle"
-
-
-class FreestyleError(ValueError):
-    """Freestyle cannot draw here; the text is one sentence with the way out."""
 
 
 class Nature(IntFlag):
@@ -59,7 +56,7 @@ class ViewMap:
 
 
 def blender() -> ModuleType:
-    """The module bpy; FreestyleError if it is missing, too old or built without Freestyle."""
+    """The module bpy; InputError if it is missing, too old or built without Freestyle."""
     if "bpy" not in sys.modules:
         # A worker process is given its parent's sys.path, at the head of which Blender has put
         # the Python half of bpy.
@@ -67,16 +64,16 @@ def blender() -> ModuleType:
     try:
         import bpy
     except ImportError:
-        raise FreestyleError(
+        raise InputError(
             "the engine 'freestyle' needs Blender: pip install 'sketch-to-face[blender]', "
             "or start it as blender -b -P dataset_gen/blender_batch.py"
         ) from None
     if bpy.app.version < OLDEST:
-        raise FreestyleError(
+        raise InputError(
             f"the engine 'freestyle' needs Blender 3.4 or later, this is {bpy.app.version_string}"
         )
     if not bpy.app.build_options.freestyle:
-        raise FreestyleError(
+        raise InputError(
             "this Blender was built without Freestyle; take another one or the engine 'contours'"
         )
     return bpy
@@ -236,13 +233,13 @@ def _render(bpy: ModuleType, scene: Any) -> NDArray:
     with _silence() as said, _scripts_allowed(bpy):
         bpy.ops.render.render(scene=scene.name)
     if _fault:
-        raise FreestyleError(f"Freestyle's view map cannot be read: {_fault[0]!r}") from _fault[0]
+        raise InputError(f"Freestyle's view map cannot be read: {_fault[0]!r}") from _fault[0]
     out = np.array(_walked, dtype=np.float64).reshape(-1, 8)
     _walked.clear()
     if "cripts disabled" in said[0]:
-        raise FreestyleError("Freestyle did not run: start Blender with --enable-autoexec")
+        raise InputError("Freestyle did not run: start Blender with --enable-autoexec")
     if not len(out) and "rror" in said[0].replace("Error: strokes set empty", ""):
-        raise FreestyleError("Freestyle did not run: " + said[0].strip().splitlines()[-1])
+        raise InputError("Freestyle did not run: " + said[0].strip().splitlines()[-1])
     return out
 
 

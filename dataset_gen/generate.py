@@ -18,6 +18,7 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, reason_of
 
 from . import cluster
@@ -53,24 +54,24 @@ def generate(
     With `resume`, whole shards of an earlier run with the same seed are kept, each compared with
     its checksum; with `strokes`, the samples keep the coordinates of what was drawn; with `meshes`,
     the posed mesh. `dask` is the address of a scheduler, tcp://HOST:PORT, whose workers make the
-    shards instead of `jobs` processes here. Raises ValueError for impossible arguments, for a
+    shards instead of `jobs` processes here. Raises InputError for impossible arguments, for a
     folder that holds anything (when resuming: anything else), for damaged shards, for a disk that
     cannot be written, and for a cluster that is not there, differs from this computer, or is lost.
     """
     if count < 1:
-        raise ValueError(f"--count must be at least 1, got {count}")
+        raise InputError(f"--count must be at least 1, got {count}")
     each = min(SHARD, MESHES) if meshes else SHARD
     if count > MOST_SHARDS * each:
-        raise ValueError(f"--count must be at most {MOST_SHARDS * each}, got {count}")
+        raise InputError(f"--count must be at most {MOST_SHARDS * each}, got {count}")
     if jobs < 1:
-        raise ValueError(f"--jobs must be at least 1, got {jobs}")
+        raise InputError(f"--jobs must be at least 1, got {jobs}")
     if dask is not None and jobs > 1:
-        raise ValueError(
+        raise InputError(
             "--jobs are processes of this computer, and with --dask the cluster's workers draw; "
             "leave one of the two out"
         )
     if not os.fspath(out):
-        raise ValueError("--out needs the name of a folder, got ''")
+        raise InputError("--out needs the name of a folder, got ''")
     recipe = Recipe(seed, scheme, engine, strokes, meshes)
     recipe.check()
     out = Path(out)
@@ -104,12 +105,12 @@ def generate(
             (out / UNFINISHED).unlink(missing_ok=True)
     except (OSError, OutputError) as problem:
         reason = problem.reason if isinstance(problem, OutputError) else reason_of(problem)
-        raise ValueError(
+        raise InputError(
             f"{out} cannot be written ({reason}); what is whole stays: run again with --resume, "
             "or choose another folder"
         ) from problem
     except BrokenProcessPool:
-        raise ValueError(
+        raise InputError(
             "a worker was killed, perhaps for want of memory; run again with --resume and "
             "fewer --jobs"
         ) from None

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceRig, load_rig
+from facs_rig.common.errors import InputError
 
 from .conventions import draw_by_convention, sample_artist, zoomed
 from .linework.lines import KINDS, draw_strokes
@@ -41,15 +42,15 @@ class Recipe:
     meshes: bool = False
 
     def check(self) -> None:
-        """ValueError for a negative seed, an unknown scheme or engine, or one that cannot draw."""
+        """InputError for a negative seed, an unknown scheme or engine, or one that cannot draw."""
         if self.seed < 0:
-            raise ValueError(f"--seed must be at least 0, got {self.seed}")
+            raise InputError(f"--seed must be at least 0, got {self.seed}")
         if self.engine not in ENGINES:
-            raise ValueError(
+            raise InputError(
                 f"there is no engine '{self.engine}'; choose from: {', '.join(ENGINES)}"
             )
         if self.scheme not in SCHEMES:
-            raise ValueError(
+            raise InputError(
                 f"there is no scheme '{self.scheme}'; choose from: {', '.join(SCHEMES)}"
             )
         _engine(self.engine)
@@ -128,7 +129,7 @@ Draw = Callable[[FaceRig, NDArray, Sample, np.random.Generator], Drawn]
 
 
 def _engine(name: str) -> tuple[Draw, tuple[str, ...]]:
-    """What draws a sample, and the kinds of lines it knows; ValueError if it cannot draw here."""
+    """What draws a sample, and the kinds of lines it knows; InputError if it cannot draw here."""
     if name == "conventions":
         return _by_convention, KINDS  # the same faces as by contours
     if name == "freestyle":

@@ -96,7 +96,7 @@ def _version(name: str) -> str | None:
 def read_shards(folder: Path | str) -> Iterator[tuple[NDArray[np.uint8], dict]]:
     """All samples of a data set in order: picture (h, w) uint8 and its dictionary.
 
-    Raises ShardError, a ValueError of one sentence, for a damaged shard.
+    Raises InputError, an InputError of one sentence, for a damaged shard.
     """
     for path in _shards(folder):
         for key, parts in samples_of(path):
@@ -108,7 +108,7 @@ def read_shards(folder: Path | str) -> Iterator[tuple[NDArray[np.uint8], dict]]:
 def read_meshes(folder: Path | str) -> Iterator[trimesh.Trimesh]:
     """The posed meshes of a data set made with them, in the order of `read_shards`; else none.
 
-    Raises ShardError for a damaged shard.
+    Raises InputError for a damaged shard.
     """
     import trimesh
 

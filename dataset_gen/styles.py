@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from facs_rig.common.errors import InputError
 from facs_rig.parameters import nearest
 
 from .linework.style import Style
@@ -54,7 +55,7 @@ def sample_style(
 ) -> Style:
     """A random style: any look on any paper by their odds, or those that are named.
 
-    look : of LOOKS;  paper : of PAPERS. Raises ValueError for another name.
+    look : of LOOKS;  paper : of PAPERS. Raises InputError for another name.
     """
     layers = [layer for layer, p in LAYER_ODDS.items() if rng.random() < p]
     if rng.random() < HAIR_ODDS:
@@ -90,5 +91,5 @@ def _chosen(
         odds = np.array([share for share, _ in table.values()])
         return str(rng.choice(list(table), p=odds / odds.sum()))
     if name not in table:
-        raise ValueError(f"there is no {what} '{name}'{nearest(name, tuple(table))}")
+        raise InputError(f"there is no {what} '{name}'{nearest(name, tuple(table))}")
     return name

@@ -17,6 +17,7 @@ from dataset_gen.linework import ink
 from dataset_gen.linework.lines import DETAILS, WAYS
 from dataset_gen.sampling import SCHEMES, Sample
 from facs_rig import FaceParameters, load_rig
+from facs_rig.common.errors import InputError
 
 Picture = NDArray[np.uint8]  # (h, w, 3)
 Samples = Sequence[Sample]
@@ -145,7 +146,7 @@ def shares(chart: Chart, scheme: str) -> NDArray:
     count = round((chart.high - chart.low) / chart.step)
     values = np.asarray(chart.values(drawn(scheme)), float)
     if not chart.low <= values.min() <= values.max() <= chart.high:
-        raise ValueError(f"'{chart.title}' has values from {values.min()} to {values.max()}")
+        raise InputError(f"'{chart.title}' has values from {values.min()} to {values.max()}")
     bars, _ = np.histogram(values, np.linspace(chart.low, chart.high, count + 1))
     return 100 * bars / len(values)
 

@@ -20,6 +20,7 @@ from typing import Any
 from classifiers.runtime import WEIGHTS, read_description
 from classifiers.training.evaluate import number
 from facs_rig import CONTROLS, DETECTED
+from facs_rig.common.errors import InputError
 
 DOCS = Path(__file__).parent
 PAGE, RESULTS = DOCS / "detectors.md", DOCS / "detectors.jsonl"
@@ -204,7 +205,7 @@ def renewed(text: str) -> str:
         start = f"<!-- {make.__name__}: made by docs/detector_tables.py -->"
         pattern = re.compile(re.escape(start) + r"\n.*?<!-- end -->", re.DOTALL)
         if len(pattern.findall(text)) != 1:
-            raise ValueError(f"{PAGE.name} needs the lines '{start}' and '<!-- end -->' once")
+            raise InputError(f"{PAGE.name} needs the lines '{start}' and '<!-- end -->' once")
         made = f"{start}\n\n{make()}\n\n<!-- end -->"
         text = pattern.sub(lambda _, made=made: made, text)
     return text

@@ -27,6 +27,7 @@ from dataset_gen.sampling import SCHEMES, Sample, sample_face, sample_rng
 from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
 from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
+from facs_rig.common.errors import InputError
 from facs_rig.conventions import CONVENTIONS
 from facs_rig.identity import ETHNICITIES, FEATURES
 from facs_rig.parameters import ANGLES, intensities
@@ -358,7 +359,7 @@ def renewed(page: str, text: str) -> str:
         start = f"<!-- {make.__name__}: made by docs/tables.py -->"
         pattern = re.compile(re.escape(start) + r"\n.*?<!-- end -->", re.DOTALL)
         if len(pattern.findall(text)) != 1:
-            raise ValueError(f"{page} needs the lines '{start}' and '<!-- end -->' once")
+            raise InputError(f"{page} needs the lines '{start}' and '<!-- end -->' once")
         table = make()
         text = pattern.sub(lambda _, s=start, t=table: f"{s}\n\n{t}\n\n<!-- end -->", text)
     return text

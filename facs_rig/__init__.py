@@ -1,23 +1,8 @@
-"""The face: a parametric FACS head in plain numpy. Knows nothing of the other packages."""
+"""The face: a parametric FACS head in plain numpy. Knows nothing of the other packages.
 
-from .anatomy import LANDMARKS, LANDMARKS_68
-from .camera import Camera
-from .controls import (
-    ARKIT_NAMES,
-    CONTROL_NAMES,
-    CONTROLS,
-    DETECTED,
-    FULL_INTENSITY,
-    MAX_INTENSITY,
-    Control,
-)
-from .identity import IDENTITY, Feature
-from .parameters import FaceParameters
-from .raster import Buffers, rasterise, shade, visible
-from .rig import FaceRig, landmark_points, load_rig
+What it offers stands in `__init__.pyi` and is loaded when it is first used.
+"""
 
-__all__ = [
-    "ARKIT_NAMES", "CONTROLS", "CONTROL_NAMES", "DETECTED", "FULL_INTENSITY", "IDENTITY",
-    "LANDMARKS", "LANDMARKS_68", "MAX_INTENSITY", "Buffers", "Camera", "Control", "FaceParameters",
-    "FaceRig", "Feature", "landmark_points", "load_rig", "rasterise", "shade", "visible",
-]  # fmt: skip
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .common.polylines import arc_lengths, resampled
 from .common.ties import first_least, first_most
 
 PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows")
@@ -110,14 +111,13 @@ def smooth_curve(points: NDArray, count: int) -> NDArray[np.float64]:
     from scipy.interpolate import PchipInterpolator  # heavy, and only baking draws curves
 
     points = np.asarray(points, dtype=float)
-    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    s = arc_lengths(points)
     if len(points) > 2:
         fine = PchipInterpolator(s, points)(np.linspace(0, s[-1], 200))
     else:
         fine = np.linspace(points[0], points[1], 200)
-    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
-    at = np.linspace(0, s[-1], count)
-    return np.stack([np.interp(at, s, fine[:, k]) for k in range(fine.shape[1])], axis=1)
+    s = arc_lengths(fine)
+    return resampled(fine, s, np.linspace(0, s[-1], count))
 
 
 DEEPEST = 0.02  # metres that a surface may lie behind what is beside it

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from .common.errors import InputError
 from .common.files import reason_of, write_text
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .identity import check_identity
@@ -41,13 +42,13 @@ WIDEST = {"head": 180.0, "neck": 180.0, "gaze": 60.0}
 
 
 def dumps(parameters: FaceParameters) -> str:
-    """The text of an expression file. ValueError (one sentence) for what no face can do."""
+    """The text of an expression file. InputError (one sentence) for what no face can do."""
     content = check(parameters)
     return json.dumps({"format": FORMAT, "version": VERSION, **content}, indent=2) + "\n"
 
 
 def check(parameters: FaceParameters) -> dict[str, dict[str, float]]:
-    """The plain content of a file; ValueError (one sentence) for what no face can do."""
+    """The plain content of a file; InputError (one sentence) for what no face can do."""
     plain, content = parameters.to_json(), {}
     content["aus"] = {name: _number(name, value) for name, value in plain["aus"].items()}
     for part in TURNS:
@@ -59,7 +60,7 @@ def check(parameters: FaceParameters) -> dict[str, dict[str, float]]:
 
 
 def loads(text: str) -> FaceParameters:
-    """The expression of a file's text; ValueError with one sentence for anything else.
+    """The expression of a file's text; InputError with one sentence for anything else.
 
     Refused are texts that are no JSON or no expression, files of a newer version, unknown names
     (with the nearest known one), values that are no number or outside their range.
@@ -67,14 +68,14 @@ def loads(text: str) -> FaceParameters:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError):
-        raise ValueError("this is not an expression file: it is not JSON") from None
+        raise InputError("this is not an expression file: it is not JSON") from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise ValueError(f'this is not an expression file: it lacks "format": "{FORMAT}"')
+        raise InputError(f'this is not an expression file: it lacks "format": "{FORMAT}"')
     version = content.get("version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise ValueError("this is not an expression file: its version is missing")
+        raise InputError("this is not an expression file: its version is missing")
     if version > VERSION:
-        raise ValueError(
+        raise InputError(
             f"this expression was saved by a newer Sketch to Face (format {version}, this one "
             f"knows {VERSION}); update the add-on"
         )
@@ -82,38 +83,38 @@ def loads(text: str) -> FaceParameters:
 
 
 def write(path: str | Path, parameters: FaceParameters) -> None:
-    """Write an expression file, whole or not at all. ValueError (one sentence) if that fails."""
+    """Write an expression file, whole or not at all. InputError (one sentence) if that fails."""
     write_text(path, dumps(parameters))
 
 
 def read(path: str | Path) -> FaceParameters:
-    """The expression in a file; ValueError with one sentence that names the file."""
+    """The expression in a file; InputError with one sentence that names the file."""
     path = Path(path)
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
-            raise ValueError("this is not an expression file: it is no file at all")
+            raise InputError("this is not an expression file: it is no file at all")
         if about.st_size > LARGEST:
-            raise ValueError("this is not an expression file: it is far too large")
+            raise InputError("this is not an expression file: it is far too large")
         return loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
-        raise ValueError(f"'{path}' cannot be read: {reason_of(error)}") from None
+        raise InputError(f"'{path}' cannot be read: {reason_of(error)}") from None
     except UnicodeDecodeError:
-        raise ValueError(f"'{path}': this is not an expression file: it is not text") from None
-    except ValueError as error:
-        raise ValueError(f"'{path}': {error}") from None
+        raise InputError(f"'{path}': this is not an expression file: it is not text") from None
+    except InputError as error:
+        raise InputError(f"'{path}': {error}") from None
 
 
 def _number(name: str, value: Any) -> float:
-    """A finite number, rounded; ValueError names what it was meant for."""
+    """A finite number, rounded; InputError names what it was meant for."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ValueError(f"'{name}' has no number: {json.dumps(value, default=str)[:40]}")
+        raise InputError(f"'{name}' has no number: {json.dumps(value, default=str)[:40]}")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueError(f"'{name}' is {number}, which is not a value that a face can have")
+        raise InputError(f"'{name}' is {number}, which is not a value that a face can have")
     return round(number, DIGITS) + 0.0  # no -0.0
 
 
@@ -122,22 +123,22 @@ def _checked(content: Mapping[str, Any]) -> FaceParameters:
     parts = ("aus", "identity", *TURNS)
     for name in content:
         if name not in (*parts, "format", "version"):
-            raise ValueError(f"an expression has no part '{name}'{nearest(name, parts)}")
+            raise InputError(f"an expression has no part '{name}'{nearest(name, parts)}")
     tables: dict[str, dict[str, float]] = {}
     for part in parts:
         table = content.get(part, {})
         if not isinstance(table, dict):
-            raise ValueError(f"'{part}' must be a table of names and numbers")
+            raise InputError(f"'{part}' must be a table of names and numbers")
         known = TURNS.get(part)
         for name in table:
             if known and name not in known:
-                raise ValueError(f"'{part}' has no angle '{name}'; it has {', '.join(known)}")
+                raise InputError(f"'{part}' has no angle '{name}'; it has {', '.join(known)}")
         label = f"{part} " if known else ""
         tables[part] = {name: _number(label + name, value) for name, value in table.items()}
     for part, widest in WIDEST.items():
         for name, value in tables[part].items():
             if abs(value) > widest:
-                raise ValueError(f"{part} {name} = {value:g} is outside {-widest:g} to {widest:g}")
+                raise InputError(f"{part} {name} = {value:g} is outside {-widest:g} to {widest:g}")
     intensities(tables["aus"])
     check_identity(tables["identity"])
     return FaceParameters.from_json(tables)
@@ -189,11 +190,11 @@ def random_expression(rng: np.random.Generator, count: int | None = None) -> dic
 
     Never both a symmetric action and one of its sides, never two that contradict each other
     (EXCLUDING), such as a blink and raised lids. `count` is the most controls that it has, 3 to 5
-    if not given. Fewer come out when nothing is left that fits. ValueError if it is negative.
+    if not given. Fewer come out when nothing is left that fits. InputError if it is negative.
     """
     count = int(rng.integers(3, 6)) if count is None else count
     if count < 0:
-        raise ValueError(f"an expression cannot have {count} controls")
+        raise InputError(f"an expression cannot have {count} controls")
     chosen: dict[str, float] = {}
     while len(chosen) < count:
         left = [name for name in CONTROL_NAMES if not any(_exclude(name, c) for c in chosen)]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .common.errors import InputError
 from .parameters import nearest
 
 ETHNICITIES = ("african", "asian", "caucasian")
@@ -152,15 +153,15 @@ def crease_gain(identity: Mapping[str, float]) -> float:
 
 
 def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
-    """All identity parameters by name, defaults filled in; ValueError for what cannot be."""
+    """All identity parameters by name, defaults filled in; InputError for what cannot be."""
     known = {f.name: f.default for f in IDENTITY}
     for name, value in identity.items():
         if name not in known:
             hint = nearest(str(name), tuple(known)) or "; `sketch2face rig --list` shows them all"
-            raise ValueError(f"there is no identity parameter '{name}'{hint}")
+            raise InputError(f"there is no identity parameter '{name}'{hint}")
         feature = BY_NAME[name]
         if not feature.minimum <= value <= feature.maximum:
-            raise ValueError(
+            raise InputError(
                 f"{name} = {value} is outside {feature.minimum:g} to {feature.maximum:g}"
             )
         known[name] = float(value)

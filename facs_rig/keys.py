@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .common.errors import InputError
 from .controls import CONTROL_NAMES
 
 # What an expression may use beside the controls (0 to 10) and the keys before its own: where the
@@ -66,7 +67,7 @@ def compile_keys(
     """A function from the variables' values to the keys' values (k,), or (k, b) for arrays (b,).
 
     The keys are evaluated in their order, so that a key can read those before it. Raises
-    ValueError, one sentence, for an expression that is more than sums, products, quotients, `min`
+    InputError, one sentence, for an expression that is more than sums, products, quotients, `min`
     and `max` of two, numbers, controls, PROPERTIES and earlier keys. Nothing of it is executed.
     """
     known = {*CONTROL_NAMES, *PROPERTIES}
@@ -74,8 +75,8 @@ def compile_keys(
     for key in keys:
         try:
             steps.append((key.name, _term(parsed(key.expression, known))))
-        except ValueError as error:
-            raise ValueError(f"key '{key.name}': {error}") from None
+        except InputError as error:
+            raise InputError(f"key '{key.name}': {error}") from None
         known.add(key.name)
     names = [key.name for key in keys]
 
@@ -92,14 +93,14 @@ def compile_keys(
 
 
 def parsed(expression: str, known: Collection[str]) -> ast.expr:
-    """The tree of an expression that reads `known` names alone; ValueError (one sentence) for one
+    """The tree of an expression that reads `known` names alone; InputError (one sentence) for one
     that asks for anything but the few operations that drivers need."""
     if len(expression) > READABLE:
-        raise ValueError(f"an expression has at most {READABLE} characters, not {len(expression)}")
+        raise InputError(f"an expression has at most {READABLE} characters, not {len(expression)}")
     try:
         tree = ast.parse(expression, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"{expression[:60]!r} is no expression") from None
+        raise InputError(f"{expression[:60]!r} is no expression") from None
     waiting = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -109,7 +110,7 @@ def parsed(expression: str, known: Collection[str]) -> ast.expr:
             case ast.Name(id=name) if name in known:
                 continue
             case _ if depth == DEEPEST:
-                raise ValueError(f"an expression is nested at most {DEEPEST} times")
+                raise InputError(f"an expression is nested at most {DEEPEST} times")
             case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
                 waiting.append((operand, depth + 1))
             case ast.BinOp(op=ast.Add() | ast.Sub(), left=a, right=b):
@@ -119,7 +120,7 @@ def parsed(expression: str, known: Collection[str]) -> ast.expr:
             case ast.Call(func=ast.Name(id="min" | "max"), args=[a, b], keywords=[]):
                 waiting += [(a, depth + 1), (b, depth + 1)]
             case _:
-                raise ValueError(f"an expression may not hold {_text(node)}")
+                raise InputError(f"an expression may not hold {_text(node)}")
     return tree
 
 

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import NDArray
 
+from .common.errors import InputError
 from .controls import CONTROL_NAMES, MAX_INTENSITY
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -65,13 +66,13 @@ def nearest(name: str, known: tuple[str, ...]) -> str:
 
 
 def intensities(aus: Mapping[str, float]) -> NDArray[np.float32]:
-    """(47,) intensities in the catalogue's order; ValueError for unknown names and bad values."""
+    """(47,) intensities in the catalogue's order; InputError for unknown names and bad values."""
     values = np.zeros(len(CONTROL_NAMES), dtype=np.float32)
     for name, value in aus.items():
         if name not in CONTROL_NAMES:
             hint = nearest(str(name), CONTROL_NAMES) or "; `sketch2face rig --list` shows all 47"
-            raise ValueError(f"there is no control '{name}'{hint}")
+            raise InputError(f"there is no control '{name}'{hint}")
         if not 0 <= value <= MAX_INTENSITY:
-            raise ValueError(f"{name} = {value} is outside 0 to {MAX_INTENSITY:g}")
+            raise InputError(f"{name} = {value} is outside 0 to {MAX_INTENSITY:g}")
         values[CONTROL_NAMES.index(name)] = value
     return values

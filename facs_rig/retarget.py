@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
+from .common.errors import InputError
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .conventions import CONVENTIONS, Convention
 from .parameters import intensities, nearest
@@ -44,7 +45,7 @@ def recognise(names: Iterable[str]) -> Recognised:
 
     Between equals the one with least around its names decides, then the one whose names are there
     letter for letter: `jawOpen` alone is ARKit's, `jaw_open` ours.
-    ValueError, one sentence, if they follow none.
+    InputError, one sentence, if they follow none.
     """
     names = list(dict.fromkeys(names))
     best = (0, 0, 0)
@@ -60,20 +61,20 @@ def recognise(names: Iterable[str]) -> Recognised:
     if chosen is not None:
         return chosen
     for key, alike in unsure.items():
-        raise ValueError(f"{_quoted(alike)} could all be '{key}'; rename all but one of them")
+        raise InputError(f"{_quoted(alike)} could all be '{key}'; rename all but one of them")
     known = ", ".join(convention.label for convention in CONVENTIONS.values())
-    raise ValueError(f"none of its {len(names)} shape keys has a name of {known}")
+    raise InputError(f"none of its {len(names)} shape keys has a name of {known}")
 
 
 def retarget(aus: Mapping[str, float], convention: str) -> dict[str, float]:
     """Key of the convention -> its value for an expression, 0 to 1, keys at rest included.
 
     aus : control -> intensity 0 to 10; 5 alone gives a key of weight 1 the value 1
-    Raises ValueError for unknown conventions, unknown controls and intensities out of range.
+    Raises InputError for unknown conventions, unknown controls and intensities out of range.
     """
     if convention not in CONVENTIONS:
         hint = nearest(convention, tuple(CONVENTIONS)) or f"; there are {', '.join(CONVENTIONS)}"
-        raise ValueError(f"there is no convention '{convention}'{hint}")
+        raise InputError(f"there is no convention '{convention}'{hint}")
     intensities(aus)  # refuses what no face can do
     full = {name: float(value) / FULL_INTENSITY for name, value in aus.items()}
     return {

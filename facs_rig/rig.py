@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
+from .common.errors import InputError
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .curves import read_curves
 from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
@@ -25,10 +26,6 @@ from .subdivide import triangulate
 ASSET = Path(__file__).parent / "data" / "head.npz"
 BUSY = (errno.EMFILE, errno.ENFILE, errno.ENOMEM)  # the computer is, and the file may be whole
 JOINTS = ("head", "neck", "eye_left", "eye_right", "jaw")
-
-
-class AssetError(ValueError):
-    """The baked head cannot be read; the text is one sentence."""
 
 
 class FaceRig:
@@ -105,7 +102,7 @@ class FaceRig:
         return self._base + (weights @ self._identity).reshape(-1, 3)
 
     def neutral(self, identity: Mapping[str, float] | None = None) -> NDArray[np.float32]:
-        """(n, 3) the face without expression, head upright. ValueError for unknown names."""
+        """(n, 3) the face without expression, head upright. InputError for unknown names."""
         cage = self._cage(identity or {})
         return (self._matrix @ cage[: self._m]) - cage[self._m]
 
@@ -145,7 +142,7 @@ class FaceRig:
     # --- expression ---
 
     def key_values(self, parameters: FaceParameters) -> NDArray[np.float32]:
-        """(keys,) the value of every key; ValueError for unknown names and bad values."""
+        """(keys,) the value of every key; InputError for unknown names and bad values."""
         return self._key_values([parameters], [target_weights(parameters.identity)])[0]
 
     def key_values_of(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
@@ -385,7 +382,7 @@ def _compressed(
 
 @lru_cache(maxsize=1)
 def load_rig(path: Path = ASSET) -> FaceRig:
-    """The rig that ships with the package, read once. AssetError if the file is damaged."""
+    """The rig that ships with the package, read once. InputError if the file is damaged."""
     try:
         with open(path, "rb") as file, np.load(file) as arrays:
             found = dict(arrays)  # every array has a checksum, which is compared here
@@ -399,8 +396,8 @@ def load_rig(path: Path = ASSET) -> FaceRig:
         raise _damaged(path) from error
 
 
-def _damaged(path: Path) -> AssetError:
-    return AssetError(f"the rig's data file '{path}' is damaged; install again or `make bake`")
+def _damaged(path: Path) -> InputError:
+    return InputError(f"the rig's data file '{path}' is damaged; install again or `make bake`")
 
 
 def landmark_points(rig: FaceRig, vertices: NDArray) -> dict[str, NDArray]:

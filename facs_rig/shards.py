@@ -14,13 +14,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from .common.errors import InputError
+
 END = bytes(1024)  # the two empty blocks with which a tar ends
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 ENDS = (b"IHDR", b"IEND")  # the first and the last chunk of a PNG
 
 
-class ShardError(ValueError):
-    """A shard that cannot be used; the text is one sentence that names it."""
+class ShardError(InputError):
+    """A shard that is damaged or foreign; the text names it."""
 
 
 def files_of(path: Path) -> Iterator[tuple[str, bytes]]:

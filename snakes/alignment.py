@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.errors import InputError
 
 from .contours import Box, binarise
 
@@ -109,7 +110,7 @@ def align_landmarks(
         if abs(scale - before) < 1e-9 * abs(scale):
             break
     if not (np.isfinite(scale) and scale > 0):
-        raise ValueError(
+        raise InputError(
             "The landmarks of the sketch do not form an upright face; give the head's box by hand."
         )
     return Camera(size[0], size[1], (float(scale),) * 2, (float(shift[0]), float(shift[1])))
@@ -149,7 +150,7 @@ def ink_box(drawing: NDArray[np.floating]) -> Box:
     marks, _ = label(binarise(drawing), structure=np.ones((3, 3)))
     extents = np.array([(v.start, v.stop, u.start, u.stop) for v, u in find_objects(marks)])
     if len(extents) == 0:
-        raise ValueError("The sketch is blank; draw the lines of a face on it.")
+        raise InputError("The sketch is blank; draw the lines of a face on it.")
     longest = np.maximum(extents[:, 1] - extents[:, 0], extents[:, 3] - extents[:, 2])
     lines = extents[longest >= min(SPECK * max(drawing.shape), longest.max())]
     left, right = lines[:, 2].min(), lines[:, 3].max()
@@ -163,13 +164,13 @@ def parse_box(text: str) -> Box:
     except ValueError:
         values = []
     if len(values) != 4 or not all(math.isfinite(value) for value in values):
-        raise ValueError(
+        raise InputError(
             "The head's box is given as left,top,right,bottom in pixels of the sketch, "
             f"not as {text!r}."
         )
     left, top, right, bottom = values
     if right <= left or bottom <= top:
-        raise ValueError(
+        raise InputError(
             f"The head's box {text!r} is empty: its right and bottom must lie beyond its left "
             "and top."
         )

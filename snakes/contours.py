@@ -19,6 +19,8 @@ from skimage.measure import find_contours, perimeter
 from skimage.morphology import closing, thin
 
 from facs_rig import Camera
+from facs_rig.common.errors import InputError
+from facs_rig.common.polylines import line_length
 
 from .tweakables import WORKING_SIZE
 
@@ -52,7 +54,7 @@ def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
     pixels = camera.project(posed)
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     if (high < 0).any() or low[0] > camera.width or low[1] > camera.height:
-        raise ValueError("The face is outside the sketch; check the alignment.")
+        raise InputError("The face is outside the sketch; check the alignment.")
     room = MARGIN * (high - low)
     left, top = low - room
     right, bottom = high + room
@@ -101,7 +103,7 @@ def crop_resized(
     """
     left, top, right, bottom = (float(value) for value in box)
     if not (right > left and bottom > top):
-        raise ValueError(
+        raise InputError(
             f"The box {left:g},{top:g},{right:g},{bottom:g} is empty: its right and bottom must "
             "lie beyond its left and top."
         )
@@ -155,7 +157,7 @@ def find_lines(
     # "high": pixels that touch at a corner only, as a thinned slanting line has them, are one line.
     loops = find_contours(ink.astype(np.float64), 0.5, fully_connected="high")
     lines = [loop[:, ::-1] - rim + 0.5 for loop in loops]
-    return [line for line in lines if _length(line) >= SHORTEST]
+    return [line for line in lines if line_length(line) >= SHORTEST]
 
 
 def cut_at_corners(line: NDArray[np.float64], shortest: int = 5) -> list[NDArray[np.float64]]:
@@ -214,10 +216,6 @@ def _line_width(image: NDArray[np.float32]) -> float:
 def _odd(width: float) -> int:
     """The nearest odd whole number, at least 1 (an even window would shift the lines)."""
     return max(1, 2 * round((width - 1.0) / 2.0) + 1)
-
-
-def _length(points: NDArray[np.float64]) -> float:
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def _checked(drawing: NDArray[np.floating]) -> NDArray[np.float32]:

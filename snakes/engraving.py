@@ -23,6 +23,8 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.errors import InputError
+from facs_rig.common.polylines import arc_lengths, line_length, resampled
 from facs_rig.mesh import is_shape, triangle_normals, vertex_normals
 
 from .deltas import runs
@@ -154,13 +156,13 @@ def _profile(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.fl
 def _checked(polylines: Sequence[NDArray], depth: float, width: float, profile: str) -> float:
     """The height of the rims, if all can be used."""
     if profile not in PROFILES:
-        raise ValueError(f"The profile of a line is {' or '.join(PROFILES)}, not {profile!r}.")
+        raise InputError(f"The profile of a line is {' or '.join(PROFILES)}, not {profile!r}.")
     if not abs(depth) <= DEEPEST:
-        raise ValueError(
+        raise InputError(
             f"A line is at most {1000 * DEEPEST:g} mm deep or high, not {1000 * depth:g} mm."
         )
     if not 0 < width <= WIDEST:
-        raise ValueError(
+        raise InputError(
             f"A line is more than 0 and at most {1000 * WIDEST:g} mm wide, not {1000 * width:g} mm."
         )
     for line in polylines:
@@ -219,16 +221,14 @@ def _smoothed(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
 
 def _resampled(table: NDArray[np.float64], step: float, columns: int = 2) -> NDArray[np.float64]:
     """The rows (k, m) of a line in even steps of the length that the first columns measure."""
-    lengths = np.linalg.norm(np.diff(table[:, :columns], axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    count = int(min(np.ceil(along[-1] / step) + 1, MOST_POINTS))
-    at = np.linspace(0.0, along[-1], count)
-    return np.column_stack([np.interp(at, along, column) for column in table.T])
+    way = arc_lengths(table[:, :columns])
+    count = int(min(np.ceil(way[-1] / step) + 1, MOST_POINTS))
+    return resampled(table, way, np.linspace(0.0, way[-1], count))
 
 
 def _finished(piece: NDArray[np.float64], width: float, closed: bool) -> NDArray[np.float64] | None:
     """One line on the skin (k, 15) as points, normals, width and strength in even steps (k, 8)."""
-    length = float(np.linalg.norm(np.diff(piece[:, :3], axis=0), axis=1).sum())
+    length = line_length(piece[:, :3])
     if length < SHORTEST:
         return None
     coarse = _across(piece[:, :3], piece[:, 3:6], piece[:, 6:].reshape(-1, 3, 3))

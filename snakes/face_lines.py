@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dataset_gen.linework.lines import draw_strokes
 from facs_rig import Camera, FaceRig
+from facs_rig.common.polylines import arc_lengths
 
 from .lines import HEAD, Lines, SurfaceLines
 
@@ -40,8 +41,7 @@ def face_lines(
     for stroke in draw_strokes(rig, posed, camera, detail, LAYERS, kinds):
         if stroke.surface is None:
             continue
-        steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
-        way = np.concatenate([[0], np.cumsum(steps)])
+        way = arc_lengths(stroke.points)
         at = np.unique(np.searchsorted(way, np.arange(0, way[-1], step)))
         ahead = np.gradient(stroke.points, axis=0)[at]
         ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)

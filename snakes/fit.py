@@ -11,6 +11,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.polylines import line_length
 
 from .active import FEWEST, relax
 from .contours import Box, cut_at_corners, find_lines, head_box, working_drawing
@@ -123,11 +124,7 @@ def fit_offsets(
         for part in runs(~taken, 2)
     ]
     unmatched = [line * cell + corner for line in lost]
-    unmatched = [
-        line
-        for line in unmatched
-        if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() >= shortest
-    ]
+    unmatched = [line for line in unmatched if line_length(line) >= shortest]
     return Fit(
         offsets=offsets.astype(np.float32),
         unmatched=unmatched,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.polylines import line_length
 
 from .contours import Box, head_box
 from .deltas import runs
@@ -119,6 +120,6 @@ def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[
                 lost[gap] = True
         for part in runs(lost, 2):
             line = drawn.points[path[part]]
-            if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() >= SHORTEST * head:
+            if line_length(line) >= SHORTEST * head:
                 found.append(line)
     return found

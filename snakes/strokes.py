@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceRig
+from facs_rig.common.polylines import arc_lengths, resampled
 
 from .contours import head_box
 from .deltas import on_line
@@ -126,8 +127,6 @@ def _front(rig: FaceRig) -> NDArray[np.bool_]:
 
 def _even(line: NDArray[np.floating]) -> NDArray[np.float64]:
     """Points of a line (k, 2) in metres, a STEP apart, each in the middle of its piece."""
-    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    count = max(1, round(along[-1] / STEP))
-    at = (np.arange(count) + 0.5) / count * along[-1]
-    return np.column_stack([np.interp(at, along, column) for column in np.asarray(line).T])
+    way = arc_lengths(line)
+    count = max(1, round(way[-1] / STEP))
+    return resampled(line, way, (np.arange(count) + 0.5) / count * way[-1])

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
+from facs_rig.common.errors import InputError
+
 __all__ = [
     "CURVES", "DEEPEST", "LINE_TWEAKABLES", "PROFILES", "SNAKE_TYPES", "WIDEST", "WORKING_SIZE",
     "Tweakables", "describe",
@@ -57,7 +59,7 @@ class Tweakables:
     """How a drawing pulls the face, in the thesis' terms (chapter 3, table of tweakable values).
 
     Every field carries ``metadata`` with ``label``, ``help``, ``unit``, ``minimum``, ``maximum``
-    and ``choices``. Raises ValueError with one sentence when a value is of the wrong type or
+    and ``choices``. Raises InputError with one sentence when a value is of the wrong type or
     outside its range.
     """
 
@@ -193,27 +195,27 @@ def describe() -> Iterator[tuple[str, type, Any, dict[str, Any]]]:
 
 
 def _check(item: Field[Any], value: Any) -> None:
-    """Raise ValueError with one sentence unless `value` is allowed for the field `item`."""
+    """Raise InputError with one sentence unless `value` is allowed for the field `item`."""
     about = item.metadata
     name = f"{about['label']} ({item.name})"
     kind = type(item.default)
     if kind is bool:
         if not isinstance(value, bool):
-            raise ValueError(f"{name} is either true or false, not {value!r}.")
+            raise InputError(f"{name} is either true or false, not {value!r}.")
         return
     if kind is str:
         if value not in about["choices"]:
-            raise ValueError(f"{name} is one of {', '.join(about['choices'])}, not {value!r}.")
+            raise InputError(f"{name} is one of {', '.join(about['choices'])}, not {value!r}.")
         return
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if kind is int and not isinstance(value, int):
         number = False
     if not number or not math.isfinite(value):
         wanted = "a whole number" if kind is int else "a number"
-        raise ValueError(f"{name} is {wanted}, not {value!r}.")
+        raise InputError(f"{name} is {wanted}, not {value!r}.")
     if not about["minimum"] <= value <= about["maximum"]:
         unit = f" {about['unit']}" if about["unit"] else ""
-        raise ValueError(
+        raise InputError(
             f"{name} lies between {about['minimum']:g} and {about['maximum']:g}{unit}, "
             f"not at {value:g}."
         )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from . import shards
@@ -115,14 +116,14 @@ def validation_batch(
 def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray]:
     """The numbers of the drawings to train on, and of those that are held out.
 
-    Raises ValueError if there is none to train on.
+    Raises InputError if there is none to train on.
     """
     held_out = data.held_out()
     unseen = {look for look in config.unseen.split(",") if look}
     strange = np.array([r.get("style", {}).get("look") in unseen for r in data.records])
     rows, kept = np.flatnonzero(~held_out & ~strange), np.flatnonzero(held_out)
     if not len(rows):
-        raise ValueError("The data set holds no drawing to train on: generate more.")
+        raise InputError("The data set holds no drawing to train on: generate more.")
     return rows, kept
 
 
@@ -145,7 +146,7 @@ def save(path: Path, state: dict[str, Any]) -> None:
 def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
     """The networks of a checkpoint, ready to answer, and its other entries.
 
-    Raises ValueError if it is none.
+    Raises InputError if it is none.
     """
     import torch
 
@@ -154,7 +155,7 @@ def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
     try:
         saved = torch.load(checkpoint, map_location="cpu", weights_only=True)
     except (OSError, RuntimeError, pickle.UnpicklingError):
-        raise ValueError(
+        raise InputError(
             f"{checkpoint} cannot be read: name a checkpoint.pt of a training."
         ) from None
     networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"])

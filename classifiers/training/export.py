@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from ..detector import DESCRIPTION, FORMAT, Detector, Reading
@@ -135,7 +136,7 @@ def export(
     targets = encode(data.records, saved["aus"], saved["landmarks"])
     rows = np.flatnonzero(data.held_out())[:limit]
     if len(rows) < 4:
-        raise ValueError("The data set holds too few drawings to calibrate on: generate more.")
+        raise InputError("The data set holds too few drawings to calibrate on: generate more.")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as beside_name:
         beside = Path(beside_name)

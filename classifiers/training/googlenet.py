@@ -26,6 +26,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812
 
 from facs_rig import CONTROL_NAMES
+from facs_rig.common.errors import InputError
 
 from ..preprocess import Floats, area_resample, even_ink, ink_box
 from . import metrics, shards
@@ -115,15 +116,15 @@ def load_baseline(folder: Path) -> Baseline:
     """The networks of a folder; raises ValueError if it holds none or one is damaged."""
     paths = sorted(Path(folder).glob("*.pt"))
     if not paths:
-        raise ValueError(f"{folder} holds no GoogLeNet: run `sketch2face train --baseline twelve`.")
+        raise InputError(f"{folder} holds no GoogLeNet: run `sketch2face train --baseline twelve`.")
     saved = []
     for path in paths:
         try:
             entry = torch.load(path, map_location="cpu", weights_only=True)
         except (OSError, RuntimeError, pickle.UnpicklingError):
-            raise ValueError(f"{path} is damaged: train it again.") from None
+            raise InputError(f"{path} is damaged: train it again.") from None
         if entry.get("format") != FORMAT:
-            raise ValueError(f"{path} is no GoogLeNet of this version: train it again.")
+            raise InputError(f"{path} is no GoogLeNet of this version: train it again.")
         saved.append(entry)
     return Baseline(saved)
 
@@ -191,7 +192,7 @@ def train_baseline(data: shards.DataSet, unit: str, out: Path, config: Config) -
     truth = encode(data.records, (unit,), SILENT).active[:, 0]
     rows, kept = rows[~np.isnan(truth[rows])], kept[~np.isnan(truth[kept])][:CALIBRATED_ON]
     if len(np.unique(truth[rows])) < 2:
-        raise ValueError(f"The data set does not show both yes and no of {unit}: generate more.")
+        raise InputError(f"The data set does not show both yes and no of {unit}: generate more.")
 
     def pictures(some: NDArray) -> list[Floats]:
         drawings = (data.drawings[int(i)] for i in some)

@@ -18,6 +18,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812
 
+from facs_rig.common.errors import InputError
+
 # EfficientNet-Lite0 up to stride 16: repeats, kernel, stride of the first, expansion, channels out.
 STAGES = ((1, 3, 1, 1, 16), (2, 3, 2, 6, 24), (2, 5, 2, 6, 40), (3, 3, 2, 6, 80), (3, 5, 1, 6, 112))
 STEM_CHANNELS = 32
@@ -230,7 +232,7 @@ class Networks(nn.Module):
     def __init__(self, aus: Sequence[str], landmarks: Sequence[str], size: int = 128) -> None:
         super().__init__()
         if size % (2 * STRIDE):
-            raise ValueError(f"The input size must be a multiple of {2 * STRIDE}, not {size}.")
+            raise InputError(f"The input size must be a multiple of {2 * STRIDE}, not {size}.")
         cells = size // STRIDE
         self.aus, self.landmark_names, self.size = tuple(aus), tuple(landmarks), size
         self.trunk = Trunk()

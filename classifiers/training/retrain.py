@@ -13,6 +13,8 @@ from pathlib import Path
 
 import torch
 
+from facs_rig.common.errors import InputError
+
 from . import shards
 from .augment import MID, NEAR, Names
 from .common import CHECKPOINT, Batches, Config, load_networks, log, rate_at, save, usable
@@ -30,15 +32,15 @@ def retrain(
 ) -> Path:
     """Train the heads named in `only` for `config.minutes` on their own loss; -> out's checkpoint.
 
-    Raises ValueError if `start` is no checkpoint or lacks one of the units, or if `out` holds a
+    Raises InputError if `start` is no checkpoint or lacks one of the units, or if `out` holds a
     checkpoint already.
     """
     path = out / CHECKPOINT
     if path.exists():
-        raise ValueError(f"{path} would be overwritten: choose another --out.")
+        raise InputError(f"{path} would be overwritten: choose another --out.")
     networks, saved = load_networks(start)
     if missing := [name for name in only if name not in saved["aus"]]:
-        raise ValueError(f"{start} knows no {', '.join(missing)}: train all units first.")
+        raise InputError(f"{start} knows no {', '.join(missing)}: train all units first.")
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     networks = networks.to(memory_format=torch.channels_last).requires_grad_(False)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from facs_rig.common.errors import InputError
 from facs_rig.shards import ShardError, record_of, samples_of, size_of
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -67,10 +68,10 @@ class DataSet:
 def shard_paths(folder: Path) -> list[Path]:
     """The folder's shards in order; raises ValueError if there is none, or no folder."""
     if not Path(folder).is_dir():
-        raise ValueError(f"There is no folder {folder}: `sketch2face generate --out {folder}`.")
+        raise InputError(f"There is no folder {folder}: `sketch2face generate --out {folder}`.")
     paths = sorted(Path(folder).glob("*.tar"))
     if not paths:
-        raise ValueError(
+        raise InputError(
             f"{folder} holds no .tar shard: run `sketch2face generate --out {folder}`."
         )
     return paths
@@ -99,7 +100,7 @@ def load(folder: Path, limit: int | None = None) -> DataSet:
     one size, and for damaged shards, drawings and records.
     """
     if limit is not None and limit < 1:
-        raise ValueError(f"--limit must be at least 1, got {limit}.")
+        raise InputError(f"--limit must be at least 1, got {limit}.")
     drawings: list[bytes] = []
     records: list[bytes] = []
     size = None
@@ -108,7 +109,7 @@ def load(folder: Path, limit: int | None = None) -> DataSet:
             found = size_of(path, key, parts["png"])
             size = size or found
             if found != size:
-                raise ValueError(
+                raise InputError(
                     f"{path}: a drawing of {found} stands among drawings of {size};"
                     " train on one size."
                 )
@@ -120,5 +121,5 @@ def load(folder: Path, limit: int | None = None) -> DataSet:
         if len(records) == limit:
             break
     if not drawings:
-        raise ValueError(f"The shards in {folder} hold no pair of .png and .json.")
+        raise InputError(f"The shards in {folder} hold no pair of .png and .json.")
     return DataSet(Stored(drawings, drawing_of), Stored(records, json.loads))

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.errors import InputError
+
 from ..labels import ACTIVE, FULL, resolve_sides
 
 
@@ -57,7 +59,7 @@ class Targets:
 
 
 def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[str]) -> Targets:
-    """Targets from the shards' JSON records; raises ValueError naming what a record lacks."""
+    """Targets from the shards' JSON records; raises InputError naming what a record lacks."""
     intensity = np.zeros((len(records), len(aus)), np.float32)
     angles = np.zeros((len(records), 3), np.float32)
     points = np.zeros((len(records), len(landmarks), 2), np.float32)
@@ -68,7 +70,7 @@ def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[s
             angles[i] = [record["head"][name] for name in ("yaw", "pitch", "roll")]
             points[i] = [record["landmarks"][name] for name in landmarks]
         except KeyError as error:
-            raise ValueError(
+            raise InputError(
                 f"Drawing {record.get('index', i)} of the data set has no entry {error}:"
                 " generate it again with this version."
             ) from None

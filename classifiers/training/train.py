@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from facs_rig import DETECTED
+from facs_rig.common.errors import InputError
 
 from . import losses, shards
 from .augment import Names
@@ -42,7 +43,7 @@ STEEPEST = 5.0  # norm that a gradient is cut down to
 def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -> Path:
     """Train until the budget is used up; returns the checkpoint. Goes on with an unfinished run.
 
-    Raises ValueError if there is no drawing to train on, or `out` holds a run of other controls.
+    Raises InputError if there is no drawing to train on, or `out` holds a run of other controls.
     """
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
@@ -111,7 +112,7 @@ class Run:
         saved = torch.load(path, map_location="cpu", weights_only=True) if path.exists() else None
         if saved:
             if saved["aus"] != list(aus) or saved["landmarks"] != list(landmarks):
-                raise ValueError(f"{path} is of a run with other controls: choose another --out.")
+                raise InputError(f"{path} is of a run with other controls: choose another --out.")
             networks.load_state_dict(saved["networks"])
         elif config.imagenet:
             networks.trunk.load_imagenet(imagenet_weights())

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, fields, replace
 import numpy as np
 
 from facs_rig import CONTROL_NAMES
+from facs_rig.common.errors import InputError
 from facs_rig.parameters import nearest
 
 from ..linework.style import Style
@@ -177,7 +178,7 @@ class Artist:
             value = getattr(self, name)
             if value not in table:
                 hint = nearest(str(value), tuple(table)) or f"; choose from: {', '.join(table)}"
-                raise ValueError(f"no artist draws the {name} as '{value}'{hint}")
+                raise InputError(f"no artist draws the {name} as '{value}'{hint}")
 
     @property
     def hidden(self) -> tuple[str, ...]:
@@ -197,11 +198,11 @@ class Artist:
 
     @classmethod
     def from_json(cls, stored: Mapping) -> Artist:
-        """The artist of `to_json`; ValueError for a field that no artist has."""
+        """The artist of `to_json`; InputError for a field that no artist has."""
         known = tuple(field.name for field in fields(cls))
         for name in stored:
             if name not in known:
-                raise ValueError(f"an artist has no '{name}'{nearest(name, known)}")
+                raise InputError(f"an artist has no '{name}'{nearest(name, known)}")
         values: dict = {n: tuple(v) if isinstance(v, list) else v for n, v in stored.items()}
         return cls(**values)
 
@@ -220,10 +221,10 @@ def sample_artist(
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
-    manner : of MANNERS, else by their odds. Raises ValueError for another name.
+    manner : of MANNERS, else by their odds. Raises InputError for another name.
     """
     if manner is not None and manner not in MANNERS:
-        raise ValueError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
+        raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
     order = tuple(MANNERS)
     manner = manner or _lot(rng, MANNERS)
     chosen = {}

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from facs_rig.common.polylines import Polylines, spread
+
 from ..linework.marks import drift
-from ..linework.polylines import Polylines, spread
 from ..linework.strokes import Stroke, runs
 from .shapes import Points
 

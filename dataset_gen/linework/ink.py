@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from facs_rig.common.polylines import Polylines, spread
+
 from .paper import grained, on_paper
-from .polylines import Polylines, spread
 from .strokes import Stroke
 from .style import Style
 

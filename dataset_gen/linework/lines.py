@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceRig
+from facs_rig.common.errors import InputError
 from facs_rig.parameters import nearest
 
 from .curvature import (
@@ -36,7 +37,7 @@ from .kernels import kernels
 from .layers import curve_lines, painted_lines
 from .strokes import LineSet, Stroke
 from .topology import Topology, face_topology
-from .zero_sets import Crossings, Polylines, crest, rim, traced, zero_set
+from .zero_sets import Crossings, MeshLines, crest, rim, traced, zero_set
 
 __all__ = ["DETAILS", "KINDS", "WAYS", "Stroke", "draw_strokes"]
 
@@ -82,15 +83,15 @@ def draw_strokes(
     layers : which surface strokes to add: those of rig.strokes by the first word of their name,
     and any of rig.curves. Hair hides what lies behind it. kinds : which of KINDS to draw.
 
-    Raises ValueError for an unknown layer, kind or level of detail.
+    Raises InputError for an unknown layer or kind, ValueError for another level of detail.
     """
     if detail not in range(len(DETAILS)):
         raise ValueError(f"detail must be 0, 1 or 2, got {detail}")
     known = {name.split("_")[0] for name in rig.strokes} | set(rig.curves)
     for layer in set(layers) - known:
-        raise ValueError(f"no layer '{layer}'{nearest(layer, tuple(sorted(known)))}")
+        raise InputError(f"no layer '{layer}'{nearest(layer, tuple(sorted(known)))}")
     for kind in set(kinds) - set(KINDS):
-        raise ValueError(f"no kind of line '{kind}'{nearest(kind, KINDS)}")
+        raise InputError(f"no kind of line '{kind}'{nearest(kind, KINDS)}")
     topology = face_topology(rig)
     curves = {layer: rig.curves[layer] for layer in layers if layer in rig.curves}
     places = {layer: ready(curve.points(vertices)) for layer, curve in curves.items()}
@@ -148,7 +149,7 @@ class Surface:
             )
         return self._radial
 
-    def bulging(self, lines: Polylines) -> NDArray[np.bool_]:
+    def bulging(self, lines: MeshLines) -> NDArray[np.bool_]:
         """Whether κr > 0 at the points (m,) of lines; worked out around them unless known."""
         triangles = self.topology.triangles
         if self._radial is None:
@@ -242,7 +243,7 @@ def _lines(
     return _set(kind, surface, lines, strength)
 
 
-def _set(kind: str, surface: Surface, lines: Polylines, strength: NDArray | None = None) -> LineSet:
+def _set(kind: str, surface: Surface, lines: MeshLines, strength: NDArray | None = None) -> LineSet:
     triangles, count = surface.topology.triangles, len(lines.triangle)
     return LineSet(
         kind,

@@ -11,7 +11,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from .polylines import Polylines, spread
+from facs_rig.common.errors import InputError
+from facs_rig.common.polylines import Polylines, spread
+
 from .strokes import Stroke
 from .style import Style
 
@@ -188,13 +190,13 @@ def stroke_lists(
 
 
 def stroke_of(stored: dict) -> Stroke:
-    """The Stroke of one entry of `stroke_lists`; ValueError if it is none."""
+    """The Stroke of one entry of `stroke_lists`; InputError if it is none."""
     try:
         points = np.array(stored["points"], float).reshape(-1, 2)
         strength = np.array(stored["strength"], float)
         stroke = Stroke(points, strength, str(stored["kind"]), float(stored["width"]))
     except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"this is no stroke as stroke_lists writes them: {error!r}") from error
+        raise InputError(f"this is no stroke as stroke_lists writes them: {error!r}") from error
     if len(points) != len(strength) or not len(points):
-        raise ValueError(f"a stroke has {len(points)} points but {len(strength)} strengths")
+        raise InputError(f"a stroke has {len(points)} points but {len(strength)} strengths")
     return stroke

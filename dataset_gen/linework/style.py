@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
+from facs_rig.common.errors import InputError
 from facs_rig.parameters import nearest
 
 # Least and most of every number of a style.
@@ -45,7 +46,7 @@ class Style:
     tilt : how much the page leans aside and back, a share of its size (see `paper.tilt_matrix`)
     seed : of grain and noise
 
-    Raises ValueError for a number out of its range (RANGES).
+    Raises InputError for a number out of its range (RANGES).
     """
 
     width: float = 1.6
@@ -78,9 +79,9 @@ class Style:
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
-                raise ValueError(f"a style's {name} must be {low:g} to {high:g}, got {value:g}")
+                raise InputError(f"a style's {name} must be {low:g} to {high:g}, got {value:g}")
         if len(self.tilt) != 2 or not max(map(abs, self.tilt)) <= MOST_TILT:
-            raise ValueError(
+            raise InputError(
                 f"a style's tilt must be two numbers of at most {MOST_TILT:g}, got {self.tilt}"
             )
 
@@ -92,12 +93,12 @@ class Style:
     def from_json(cls, stored: Mapping) -> Style:
         """The style of `to_json`; what an older file does not say is as it was then.
 
-        Raises ValueError for a field that no style has.
+        Raises InputError for a field that no style has.
         """
         known = tuple(field.name for field in fields(cls))
         for name in stored:
             if name not in known:
-                raise ValueError(f"a style has no '{name}'{nearest(name, known)}")
+                raise InputError(f"a style has no '{name}'{nearest(name, known)}")
         tuples = {name: tuple(stored[name]) for name in ("layers", "tilt") if name in stored}
         return cls(**{**stored, **tuples})
 
@@ -135,7 +136,7 @@ STYLES: dict[str, Style] = {
 
 
 def style_named(name: str, **changes: object) -> Style:
-    """The style of STYLES with this name, with some fields changed; ValueError for another name."""
+    """The style of STYLES with this name, with some fields changed; InputError for another name."""
     if name not in STYLES:
-        raise ValueError(f"there is no style '{name}'{nearest(name, tuple(STYLES))}")
+        raise InputError(f"there is no style '{name}'{nearest(name, tuple(STYLES))}")
     return replace(STYLES[name], **changes)  # type: ignore[arg-type]

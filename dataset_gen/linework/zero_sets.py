@@ -34,7 +34,7 @@ class Crossings:
 
 
 @dataclass(frozen=True)
-class Polylines:
+class MeshLines:
     """Lines on a mesh, one after another.
 
     starts : (lines + 1,) places of their first points
@@ -117,7 +117,7 @@ def chains(segments: NDArray) -> tuple[NDArray, NDArray]:
 
 def traced(
     topology: Topology, found: Crossings, pixels: NDArray, longest: float, kept: NDArray
-) -> Polylines:
+) -> MeshLines:
     """The lines through crossings, with points at most `longest` pixels apart.
 
     pixels : (p, 2) of the crossings;  kept : (s,) bool, the segments to use
@@ -133,7 +133,7 @@ def traced(
     return _finer(starts, triangle, weights, pixels[line], longest)
 
 
-def rim(topology: Topology, pixels: NDArray, longest: float, kept: NDArray) -> Polylines:
+def rim(topology: Topology, pixels: NDArray, longest: float, kept: NDArray) -> MeshLines:
     """The lines along edges that have but one triangle, of the triangles kept (t,).
 
     pixels : (n, 2) of the vertices
@@ -166,7 +166,7 @@ def _finer(
     weights: Callable[[NDArray, NDArray], NDArray],
     pixels: NDArray,
     longest: float,
-) -> Polylines:
+) -> MeshLines:
     """Lines with points at most `longest` pixels apart.
 
     weights : of the points (k,) in triangles (k,), both given as numbers
@@ -181,4 +181,4 @@ def _finer(
     share = ((np.arange(len(which)) - first[which]) / parts[which])[:, None]
     owner = triangle[which]
     mixed = (1 - share) * weights(which, owner) + share * weights(after[which], owner)
-    return Polylines(first[starts], owner, mixed)
+    return MeshLines(first[starts], owner, mixed)

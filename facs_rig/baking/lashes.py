@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..anatomy import PART_NAMES
+from ..common.polylines import arc_lengths
 from ..common.ties import ascending
 from ..mesh import vertex_normals
 from .strands import (
@@ -245,7 +246,7 @@ def _lash_rows(
     k = lash.count
     along = np.linspace(*lash.span, k) + rng.uniform(-0.3, 0.3, k) / k
     middle = cage[sheet[:, across // 2]]
-    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(middle, axis=0), axis=1))])
+    s = arc_lengths(middle)
     u = np.interp(along, s / s[-1], np.arange(len(s)))
 
     # The root: where the lid's edge turns to the front, evened out along the lid.

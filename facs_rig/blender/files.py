@@ -17,6 +17,7 @@ from facs_rig.blender.keys import BASIS
 from facs_rig.blender.pose import animated_range, armature_of, mover_of
 from facs_rig.blender.shape import staged
 from facs_rig.blender.twin import discard
+from facs_rig.common.errors import InputError
 from facs_rig.shape import Shape
 
 
@@ -96,16 +97,16 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
     """Write face, bones and all that moves them to a .glb or .fbx: an animation of every frame.
 
     The base is the neutral face; its keys have the names of the rig's, and their values move as
-    the sliders make them. ValueError, one sentence, for a face that does not move or is hidden.
+    the sliders make them. InputError, one sentence, for a face that does not move or is hidden.
     """
     span = span_of(face)
     if span is None:
-        raise ValueError(f"nothing of '{face.name}' is animated")
+        raise InputError(f"nothing of '{face.name}' is animated")
     armature, scene = armature_of(face), bpy.context.scene
     things = [thing for thing in (face, armature) if thing is not None]
     for thing in things:
         if not thing.visible_get():
-            raise ValueError(
+            raise InputError(
                 f"'{thing.name}' is hidden, and Blender exports what is shown: show it first"
             )
     was = scene.frame_start, scene.frame_end, scene.frame_current

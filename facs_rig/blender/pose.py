@@ -23,6 +23,7 @@ from facs_rig.blender.armature import (
     turn_of,
 )
 from facs_rig.blender.keys import GAZE
+from facs_rig.common.errors import InputError
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
 from facs_rig.keys import PROPERTIES
@@ -44,27 +45,27 @@ def is_face(candidate: bpy.types.Object) -> bool:
 
 
 def check_face(face: bpy.types.Object) -> None:
-    """ValueError, one sentence, if the face is of a newer make-up or lost a part it needs."""
+    """InputError, one sentence, if the face is of a newer make-up or lost a part it needs."""
     version = face.get(MARK)
     if not isinstance(version, int) or version < 1:
-        raise ValueError(f"'{face.name}' is not a face that Sketch to Face made")
+        raise InputError(f"'{face.name}' is not a face that Sketch to Face made")
     if version > VERSION:
-        raise ValueError(
+        raise InputError(
             f"'{face.name}' was made by a newer version of Sketch to Face; update the add-on"
         )
     for name in (*CONTROL_NAMES, *PROPERTIES):
         if not isinstance(face.get(name), int | float):
-            raise ValueError(f"'{face.name}' has lost its slider '{name}'; add a new face")
+            raise InputError(f"'{face.name}' has lost its slider '{name}'; add a new face")
     if face.data.shape_keys is None:
-        raise ValueError(f"'{face.name}' has lost its shape keys; add a new face")
+        raise InputError(f"'{face.name}' has lost its shape keys; add a new face")
     mover = mover_of(face)
     if mover is None:
-        raise ValueError(
+        raise InputError(
             f"the face that '{face.name}' was a linked duplicate of is gone; press Make "
             "Independent to give it its own sliders"
         )
     if mover != face:
-        raise ValueError(
+        raise InputError(
             f"'{face.name}' is a linked duplicate, which moves with the sliders of "
             f"'{mover.name}'; press Make Independent to give it its own"
         )
@@ -125,7 +126,7 @@ def set_pose(face: bpy.types.Object, parameters: FaceParameters, *, turn: bool =
     """Let the face do what `parameters` say: sliders and gaze and, with `turn`, head and neck.
 
     The identity stays (see `set_identity`), and so does what was done to an eye's bone by hand.
-    Raises ValueError, with nothing changed, as `check_face` and for unknown controls.
+    Raises InputError, with nothing changed, as `check_face` and for unknown controls.
     """
     check_face(face)
     values = dict(zip(CONTROL_NAMES, intensities(parameters.aus).tolist(), strict=True))
@@ -234,12 +235,12 @@ def identity_values(identity: Mapping[str, float]) -> dict[str, float]:
 def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
     """Make a face with identity keys another person: its keys, crease_gain, lid_rest and joints.
 
-    Raises ValueError, with nothing changed, for parameters that `facs_rig.IDENTITY` does not have
+    Raises InputError, with nothing changed, for parameters that `facs_rig.IDENTITY` does not have
     or allow and for a face whose identity is baked.
     """
     check_identity(identity)
     if not has_identity_keys(face):
-        raise ValueError(
+        raise InputError(
             f"'{face.name}' has no identity keys: who it is was settled when it was made"
         )
     blocks = face.data.shape_keys.key_blocks

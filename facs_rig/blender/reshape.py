@@ -25,6 +25,7 @@ from facs_rig.blender.pose import (
     settle,
 )
 from facs_rig.blender.steps import Steps, finish, sliced
+from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.identity import IDENTITY_KEYS, check_identity
 from facs_rig.mesh import is_shape
@@ -50,7 +51,7 @@ def reshape(
         is the artist's: 1 if it is made here, else as it was.
 
     Then the evaluated mesh is `rig.pose` of this identity, these offsets and whatever the face
-    does, as after `build_face`. Raises ValueError, one sentence, with nothing changed: for bad
+    does, as after `build_face`. Raises InputError, one sentence, with nothing changed: for bad
     values and shapes, and for faces that are edited, linked, of another topology, or without a
     key or hidden bone that has to be moved. Undo is the caller's.
     """
@@ -94,7 +95,7 @@ def _reshape(
     if offsets is not None:
         offsets = is_shape(np.asarray(offsets, dtype=np.float32), (rig.n_vertices, 3), "offsets")
         if not np.isfinite(offsets).all():
-            raise ValueError("offsets must be finite numbers")
+            raise InputError("offsets must be finite numbers")
     _check_shape(face, rig, writes=offsets is not None)
     baked = not has_identity_keys(face)
     basis = read_key(face.data.shape_keys.reference_key)
@@ -114,7 +115,7 @@ def _reshape(
 
 
 def _check_shape(face: bpy.types.Object, rig: FaceRig, writes: bool) -> None:
-    """ValueError, one sentence, if the face's shape cannot be written.
+    """InputError, one sentence, if the face's shape cannot be written.
 
     writes : keys, too, which a library override cannot; the values of identity keys it can
     """
@@ -122,22 +123,22 @@ def _check_shape(face: bpy.types.Object, rig: FaceRig, writes: bool) -> None:
     mesh = face.data
     fixed = mesh.override_library and (writes or not has_identity_keys(face))
     if face.library or mesh.library or fixed:
-        raise ValueError(f"'{face.name}' is linked from another file; make it and its mesh local")
+        raise InputError(f"'{face.name}' is linked from another file; make it and its mesh local")
     if face.mode != "OBJECT":
-        raise ValueError(f"'{face.name}' is being edited; go to Object Mode first")
+        raise InputError(f"'{face.name}' is being edited; go to Object Mode first")
     blocks = mesh.shape_keys.key_blocks
     for name in (*(key.name for key in rig.keys), *_identity_keys(face)):
         if name not in blocks:
-            raise ValueError(f"'{face.name}' has lost its shape key '{name}'; add a new face")
+            raise InputError(f"'{face.name}' has lost its shape key '{name}'; add a new face")
     counts = {len(mesh.vertices), *(len(block.data) for block in blocks)}
     if counts != {rig.n_vertices} or not np.array_equal(corners_of(mesh), rig.polygon_vertices):
-        raise ValueError(
+        raise InputError(
             f"the mesh of '{face.name}' has other vertices or polygons than it was made with; add "
             "a new face"
         )
     armature = armature_of(face)
     if armature is not None and not joints_move(armature):
-        raise ValueError(
+        raise InputError(
             f"the bones of '{face.name}' cannot follow another person's joints: an older version "
             "made them, or some were removed; add a new face"
         )

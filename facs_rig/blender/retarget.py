@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import bpy
 
 from facs_rig.blender.pose import check_face, is_face, key_pose, pose_of, set_pose
+from facs_rig.common.errors import InputError
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.conventions import CONVENTIONS
 from facs_rig.parameters import FaceParameters
@@ -31,15 +32,15 @@ class Worn:
 def check_wearer(mesh: bpy.types.Object) -> Recognised | None:
     """What is known of a mesh's shape keys; None for our own faces, which have sliders instead.
 
-    ValueError, one sentence, for a mesh that cannot wear an expression: without shape keys or with
+    InputError, one sentence, for a mesh that cannot wear an expression: without shape keys or with
     unknown names, linked from another file, with every key driven.
     """
     keys = mesh.data.shape_keys
     if not is_face(mesh) and (keys is None or len(keys.key_blocks) < 2):
-        raise ValueError(f"'{mesh.name}' has no shape keys")
+        raise InputError(f"'{mesh.name}' has no shape keys")
     library = mesh.library if is_face(mesh) else keys.library
     if library is not None:
-        raise ValueError(
+        raise InputError(
             f"'{mesh.name}' is linked from '{bpy.path.basename(library.filepath)}': make it local, "
             "or make a library override of it and of its mesh"
         )
@@ -48,10 +49,10 @@ def check_wearer(mesh: bpy.types.Object) -> Recognised | None:
         return None
     try:
         known = recognise(block.name for block in keys.key_blocks[1:])
-    except ValueError as error:
-        raise ValueError(f"'{mesh.name}' cannot wear an expression: {error}") from None
+    except InputError as error:
+        raise InputError(f"'{mesh.name}' cannot wear an expression: {error}") from None
     if not set(known.found.values()) - _driven(keys):
-        raise ValueError(
+        raise InputError(
             f"every shape key of '{mesh.name}' is driven by something else; pose that, or remove "
             "the drivers"
         )

@@ -16,6 +16,7 @@ from facs_rig.blender.materials import SKIN_NODE
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.steps import Steps
 from facs_rig.blender.twin import discard, twin_of
+from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at, srgb
@@ -164,7 +165,7 @@ def _add_arkit(twin: bpy.types.Object, rig: FaceRig) -> None:
     if not missing:
         return
     if len(twin.data.vertices) != rig.n_vertices:
-        raise ValueError(
+        raise InputError(
             f"'{twin.name}' has other vertices than it was made with, so that nobody knows where "
             "ARKit's keys go: use the names of Sketch to Face"
         )

@@ -25,6 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
+from .errors import InputError
+
 try:
     import fcntl
 except ImportError:  # Windows
@@ -38,8 +40,11 @@ LONGEST_ENDING = 16  # characters that a file keeps while it grows: writers choo
 FORGOTTEN = 24 * 3600.0  # seconds after which nobody works there any more, without locks to tell
 
 
-class OutputError(ValueError):
-    """A place that cannot be written to; the text is one sentence."""
+class OutputError(InputError):
+    """A place that cannot be written to.
+
+    reason : why, as half a sentence without a full stop
+    """
 
     def __init__(self, sentence: str, reason: str = "") -> None:
         super().__init__(sentence)
@@ -64,7 +69,7 @@ def check_output(path: str | Path, suffixes: tuple[str, ...] = ()) -> Path:
         _check_place(path)
     except OutputError:
         raise
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError) as error:  # pathlib's ValueError for a zero byte
         raise _failed(path, error) from None
     return path
 

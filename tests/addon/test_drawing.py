@@ -13,7 +13,8 @@ from PIL import Image, ImageDraw
 from scipy import ndimage
 
 from addon import drawing
-from addon.drawing import SketchError, load_drawing, normalise
+from addon.drawing import load_drawing, normalise
+from facs_rig.common.errors import InputError
 
 
 def sketch(width: int = 240, height: int = 300, line: int = 3) -> np.ndarray:
@@ -50,7 +51,7 @@ def save(path, array, mode=None, **options):
 
 
 def refusal(path) -> str:
-    with pytest.raises(SketchError) as caught:
+    with pytest.raises(InputError) as caught:
         load_drawing(path)
     text = str(caught.value)
     assert "\n" not in text and text.endswith(".")
@@ -139,13 +140,13 @@ def test_a_decompression_bomb_is_refused_before_it_is_decoded(tmp_path, monkeypa
 def test_not_a_number(tmp_path):
     values = np.ones((64, 64))
     values[3, 4] = np.nan
-    with pytest.raises(SketchError, match="not numbers"):
+    with pytest.raises(InputError, match="not numbers"):
         normalise(values)
 
 
 @pytest.mark.parametrize("shape", [(64,), (64, 64, 2), (2, 64, 64, 3)])
 def test_arrays_of_another_shape(shape):
-    with pytest.raises(SketchError, match="expected"):
+    with pytest.raises(InputError, match="expected"):
         normalise(np.ones(shape))
 
 

@@ -9,12 +9,12 @@ import trimesh
 
 import addon
 from addon import pipeline
-from addon.drawing import SketchError
 from addon.pipeline import FitOptions, fit, preview, report, write_face
 from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import CONTROL_NAMES, IDENTITY, Camera, FaceParameters, load_rig
+from facs_rig.common.errors import InputError
 from snakes import Tweakables
 
 SKETCHES = sorted((Path(addon.__file__).parent / "sketches").glob("*.png"))
@@ -249,7 +249,7 @@ def test_a_page_without_a_face_is_refused():
     for k in range(20, 280, 20):  # a page of squared paper, heavily ruled
         page[k : k + 2] = 0
         page[:, k : k + 2] = 0
-    with pytest.raises(SketchError, match="No face was found"):
+    with pytest.raises(InputError, match="No face was found"):
         fit(page)
 
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from addon import pipeline
-from addon.drawing import SketchError, load_drawing
+from addon.drawing import load_drawing
 from addon.pipeline import FitOptions, fit
-from addon.placement import head_in
+from addon.placement import camera_for, head_in
 from addon.sketches.render import FOLDER as SKETCHES
-from facs_rig import LANDMARKS
+from facs_rig import LANDMARKS, FaceParameters, load_rig
+from facs_rig.common.errors import InputError
 from snakes import HEAD, shape
 from snakes.shape import ROOM
 
@@ -54,10 +53,10 @@ BOXES = {
 
 @pytest.mark.parametrize("box", BOXES)
 def test_a_box_that_holds_no_head_is_refused(drawing, box):
-    with pytest.raises(SketchError) as told:
+    with pytest.raises(InputError) as told:
         head_in(drawing, box)
     assert BOXES[box] in str(told.value)
-    with pytest.raises(SketchError):
+    with pytest.raises(InputError):
         fit(drawing, FitOptions(align=box))
 
 
@@ -76,7 +75,7 @@ def test_boxes_are_told_in_pixels_of_the_picture_that_was_handed_in(tmp_path):
 
     Image.open(SKETCH).resize((3072, 3072)).save(tmp_path / "big.png")  # reduced to 2048
     big = load_drawing(tmp_path / "big.png")
-    with pytest.raises(SketchError, match="at least 48×48 pixels"):
+    with pytest.raises(InputError, match="at least 48×48 pixels"):
         head_in(big, "600,600,640,640")
     assert head_in(big, "600,320,2480,2560") is not None
 
@@ -102,7 +101,7 @@ FAR = {
 @pytest.mark.parametrize("method", ["lines", "shape"])
 @pytest.mark.parametrize("kind", FAR)
 def test_pins_that_no_face_can_have_are_refused(drawing, kind, method):
-    with pytest.raises(SketchError) as told:
+    with pytest.raises(InputError) as told:
         fit(drawing, FitOptions(pins=FAR[kind], method=method))
     assert any(name in str(told.value) for name in FAR[kind])
     assert "\n" not in str(told.value) and len(str(told.value)) < 250
@@ -110,12 +109,12 @@ def test_pins_that_no_face_can_have_are_refused(drawing, kind, method):
 
 @pytest.mark.parametrize("kind", ["outside", "beyond", "before", "one_place"])
 def test_in_the_thesis_method_too(drawing, kind):
-    with pytest.raises(SketchError):
+    with pytest.raises(InputError):
         fit(drawing, FitOptions(pins=FAR[kind], method="thesis"))
 
 
 def test_pins_are_measured_from_a_box_where_there_is_one(drawing):
-    with pytest.raises(SketchError, match="chin at 1,1 is far from the head"):
+    with pytest.raises(InputError, match="chin at 1,1 is far from the head"):
         fit(drawing, FitOptions(pins={"chin": (1, 1)}, align="300,300,600,640"))
 
 
@@ -155,15 +154,12 @@ def test_a_head_that_pins_blow_up_is_not_drawn(drawing, monkeypatch, factor):
     usual = len(drawn)
     assert usual > 1
     monkeypatch.setattr(shape._Guess, "face", stretched)
-    with pytest.raises(SketchError, match="chin"):
+    with pytest.raises(InputError, match="chin"):
         fit(drawing, FitOptions(pins={"chin": (390.0, 560.0)}, method="shape"))
     assert len(drawn) == usual
 
 
-def test_landmarks_that_form_no_face_are_the_sketchs_matter(drawing, monkeypatch):
-    def refuse(*_, **__):
-        raise ValueError("The landmarks of the sketch do not form an upright face.")
-
-    monkeypatch.setattr("addon.placement.align", refuse)
-    with pytest.raises(SketchError, match="do not form an upright face"):
-        pipeline.fit(Path(SKETCH))
+def test_landmarks_that_form_no_face_are_the_sketchs_matter(drawing):
+    nowhere = {name: (200.0, 200.0) for name in LANDMARKS}
+    with pytest.raises(InputError, match="do not form an upright face"):
+        camera_for(drawing, load_rig(), FaceParameters(), None, nowhere, {})

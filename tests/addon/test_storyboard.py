@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from addon import pipeline
-from addon.drawing import FORMATS, SketchError
+from addon.drawing import FORMATS
 from addon.storyboard import SUFFIXES, sketches_in
+from facs_rig.common.errors import InputError
 
 SKETCHES = Path(__file__).resolve().parents[2] / "addon" / "sketches"
 
@@ -33,12 +34,12 @@ def test_every_format_that_drawings_are_read_from_counts():
 
 @pytest.mark.parametrize("make", [lambda p: p / "nowhere", lambda p: SKETCHES / "render.py"])
 def test_a_folder_that_is_none_is_one_sentence(tmp_path, make):
-    with pytest.raises(SketchError, match=r"^The folder '.*' cannot be read: .*\.$"):
+    with pytest.raises(InputError, match=r"^The folder '.*' cannot be read: .*\.$"):
         sketches_in(make(tmp_path))
 
 
 def test_a_folder_without_pictures_says_what_belongs_there(tmp_path):
-    with pytest.raises(SketchError, match=r"no picture in .*\.png, \.jpg"):
+    with pytest.raises(InputError, match=r"no picture in .*\.png, \.jpg"):
         sketches_in(tmp_path)
 
 
@@ -52,5 +53,5 @@ def test_an_expression_is_read_as_a_fit_would_begin():
 def test_a_drawing_without_a_face_is_refused():
     page = np.ones((200, 200))
     page[90:110, 20:180] = 0
-    with pytest.raises(SketchError, match="No face was found in the drawing"):
+    with pytest.raises(InputError, match="No face was found in the drawing"):
         pipeline.read_expression(page)

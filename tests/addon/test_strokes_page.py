@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addon import strokes_page
-from addon.drawing import Drawing, SketchError, load_drawing
+from addon.drawing import Drawing, load_drawing
 from addon.sketches.render import FOLDER as SKETCHES
 from addon.strokes_page import FRONT, PenStroke, page_of_strokes, plane_of
 from classifiers import load_detector
+from facs_rig.common.errors import InputError
 
 RIGHT = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 TOP = np.eye(3)
@@ -155,7 +156,7 @@ def test_a_straight_line_is_a_page_without_margin_too():
     ids=["none", "empty", "transparent"],
 )
 def test_nothing_drawn_is_said_in_a_sentence(strokes):
-    with pytest.raises(SketchError, match="^The Grease Pencil drawing 'Jo' has no strokes .*\\.$"):
+    with pytest.raises(InputError, match="^The Grease Pencil drawing 'Jo' has no strokes .*\\.$"):
         page_of_strokes(strokes, name="The Grease Pencil drawing 'Jo'")
 
 
@@ -165,9 +166,9 @@ def test_numbers_that_are_none_are_refused(bad, where):
     values = {"points": np.zeros((2, 2)), "widths": np.ones(2), "opacity": np.ones(2)}
     values[where] = values[where].copy()
     values[where].flat[-1] = bad
-    with pytest.raises(SketchError, match="^'Jo' has points that are nowhere"):
+    with pytest.raises(InputError, match="^'Jo' has points that are nowhere"):
         page_of_strokes([PenStroke(**values)], name="'Jo'")
-    with pytest.raises(SketchError, match="^'Jo' has points that are nowhere"):
+    with pytest.raises(InputError, match="^'Jo' has points that are nowhere"):
         plane_of(np.array([[0, 0, 0], [1, 0, 0], [0, 0, bad]]), "'Jo'")
 
 

@@ -22,8 +22,9 @@ import numpy as np  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from addon import pipeline  # noqa: E402
-from addon.drawing import Drawing, SketchError  # noqa: E402
+from addon.drawing import Drawing  # noqa: E402
 from facs_rig import FaceParameters, load_rig  # noqa: E402
+from facs_rig.common.errors import InputError  # noqa: E402
 from snakes import align  # noqa: E402
 from tests.benchmarks.truth import known_face, off, turned_over  # noqa: E402
 
@@ -40,7 +41,7 @@ def measure(seed: int, index: int) -> dict[str, list[float]] | None:
             way: pipeline.fit(drawing, pipeline.FitOptions(method=method))
             for way, method in (("thesis", "thesis"), ("ours", "lines"))
         }
-    except SketchError:
+    except InputError:
         return None
     seen = fits["ours"].detection
     found = {}

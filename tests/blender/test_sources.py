@@ -7,7 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from addon.drawing import SketchError  # noqa: E402
+from facs_rig.common.errors import InputError  # noqa: E402
 
 from .sheets import draw_on, image_of, lines_of, pencil_of, standing  # noqa: E402
 from .test_shell import error_of, everything  # noqa: E402
@@ -158,5 +158,5 @@ def test_strokes_come_in_world_coordinates_with_the_layer_s_own_place(settings):
 def test_source_of_nothing_is_a_sketch_error(settings):
     from addon.blender.state import sources
 
-    with pytest.raises(SketchError):
+    with pytest.raises(InputError):
         sources.source_of(settings)

@@ -34,7 +34,7 @@ String = tuple[str, str]  # context, English
 TEMPLATES = {"text": 0, "tip": 0, "label": 0, "say": 2}
 # Calls that show what they are given; from code only through one of the above.
 SHOWING = {"report": 1, "poll_message_set": 0, "status_text_set": 0, "ValueError": 0,
-           "SketchError": 0, "Tick": 0, "in_background": 1, "within": 1}  # fmt: skip
+           "InputError": 0, "Tick": 0, "in_background": 1, "within": 1}  # fmt: skip
 LAYOUT = {"label", "prop", "operator", "menu", "progress", "popover", "separator"}
 
 # German that is much longer than the English, since the English is very short: looked at.

@@ -15,13 +15,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from facs_rig.common.errors import InputError
+
 with warnings.catch_warnings():
     # bpy's own start-up scripts are not ours to mend.
     warnings.simplefilter("ignore")
     bpy = pytest.importorskip("bpy", reason="Blender as a module is missing: pip install bpy")
 
 from dataset_gen import generate as generate_module  # noqa: E402
-from dataset_gen.freestyle import DRAWN, KINDS, FreestyleError, freestyle_strokes  # noqa: E402
+from dataset_gen.freestyle import DRAWN, KINDS, freestyle_strokes  # noqa: E402
 from dataset_gen.freestyle_view_map import Nature, blender, view_map  # noqa: E402
 from dataset_gen.generate import generate, make_sample, read_shards  # noqa: E402
 from dataset_gen.linework.lines import draw_strokes  # noqa: E402
@@ -279,7 +281,7 @@ def test_what_freestyle_has_not_is_refused(rig):
 
 def test_without_blender_one_sentence_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "bpy", None)
-    with pytest.raises(FreestyleError, match=r"pip install 'sketch-to-face\[blender\]'"):
+    with pytest.raises(InputError, match=r"pip install 'sketch-to-face\[blender\]'"):
         blender()
 
 

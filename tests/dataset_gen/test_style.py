@@ -22,11 +22,11 @@ from dataset_gen import (
 from dataset_gen.linework import ink
 from dataset_gen.linework.marks import drift
 from dataset_gen.linework.paper import through
-from dataset_gen.linework.polylines import Polylines
 from dataset_gen.linework.style import RANGES
 from dataset_gen.shading import construction, hatches
 from dataset_gen.styles import LOOKS, PAPERS
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from facs_rig.common.polylines import Polylines
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from facs_rig import rig as module
-from facs_rig.rig import ASSET, AssetError, load_rig
+from facs_rig.common.errors import InputError
+from facs_rig.rig import ASSET, load_rig
 
 WHOLE = ASSET.read_bytes()
 
@@ -47,7 +48,7 @@ def test_a_flipped_bit_is_told_or_harmless(arrays_of):
         content[place] ^= 1 << place % 8
         try:
             found = arrays_of(bytes(content))
-        except AssetError as error:
+        except InputError as error:
             assert "head.npz' is damaged; install again" in str(error)
             told += 1
         else:  # a date, or an attribute that nobody reads
@@ -57,7 +58,7 @@ def test_a_flipped_bit_is_told_or_harmless(arrays_of):
 
 @pytest.mark.parametrize("size", [0, 1, 22, 1000, len(WHOLE) // 2, len(WHOLE) - 1])
 def test_a_file_that_breaks_off_is_told(arrays_of, size):
-    with pytest.raises(AssetError, match="is damaged"):
+    with pytest.raises(InputError, match="is damaged"):
         arrays_of(WHOLE[:size])
 
 
@@ -72,7 +73,7 @@ def test_forged_expressions_are_refused_and_not_run(tmp_path, monkeypatch, text)
     texts[-1] = text
     content["key_expressions"] = texts.astype(str)
     np.savez(tmp_path / "head.npz", **content)
-    with pytest.raises(AssetError, match="is damaged; install again") as told:
+    with pytest.raises(InputError, match="is damaged; install again") as told:
         load_rig.__wrapped__(tmp_path / "head.npz")
     assert str(told.value.__cause__).startswith("key '")
     assert not (tmp_path / "hacked").exists()
@@ -80,7 +81,7 @@ def test_forged_expressions_are_refused_and_not_run(tmp_path, monkeypatch, text)
 
 def test_pickles_are_refused(tmp_path):
     np.savez(tmp_path / "head.npz", base=np.array([{}], dtype=object))
-    with pytest.raises(AssetError, match="is damaged"):
+    with pytest.raises(InputError, match="is damaged"):
         load_rig.__wrapped__(tmp_path / "head.npz")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from facs_rig.shards import ShardError, files_of, record_of, samples_of, size_of
+from facs_rig.shards import InputError, files_of, record_of, samples_of, size_of
 
 
 def png() -> bytes:
@@ -67,7 +67,7 @@ def test_a_shard_cut_anywhere_is_damaged(shard):
     for length in (0, 1, 100, 512, 700, *range(1024, end + 1, 512), end + 512):
         shard.write_bytes(whole[:length])
         with pytest.raises(
-            ShardError, match=r"shard-000000.tar is (damaged|cut short|empty).*anew"
+            InputError, match=r"shard-000000.tar is (damaged|cut short|empty).*anew"
         ):
             list(samples_of(shard))
     shard.write_bytes(whole)
@@ -84,34 +84,34 @@ def test_a_shard_cut_anywhere_is_damaged(shard):
 )  # fmt: skip
 def test_a_picture_without_its_record(tmp_path, files, sentence):
     path = write(tmp_path / "s.tar", *files)
-    with pytest.raises(ShardError, match=sentence) as told:
+    with pytest.raises(InputError, match=sentence) as told:
         list(samples_of(path))
     assert str(path) in str(told.value)
 
 
 def test_what_is_no_tar_or_out_of_reach(tmp_path):
     (tmp_path / "s.tar").write_bytes(b"not a tar" * 1000)
-    with pytest.raises(ShardError, match="no tar"):
+    with pytest.raises(InputError, match="no tar"):
         list(files_of(tmp_path / "s.tar"))
-    with pytest.raises(ShardError, match="cannot be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         list(files_of(tmp_path))
-    with pytest.raises(ShardError, match="cannot be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         list(files_of(tmp_path / "none.tar"))
 
 
 @pytest.mark.parametrize("data", [b"", b"{", b"[1]", b"\xff\xfe", b"null"])
 def test_a_record_that_is_none(tmp_path, data):
-    with pytest.raises(ShardError, match=r"s.tar: 7.json is damaged"):
+    with pytest.raises(InputError, match=r"s.tar: 7.json is damaged"):
         record_of(tmp_path / "s.tar", "7", data)
 
 
 def test_a_picture_cut_anywhere_or_with_any_bit_flipped(tmp_path):
     whole = png()
     for length in range(len(whole)):
-        with pytest.raises(ShardError):
+        with pytest.raises(InputError):
             size_of(tmp_path / "s.tar", "7", whole[:length])
     for place in range(8 * len(whole)):
         data = bytearray(whole)
         data[place // 8] ^= 1 << place % 8
-        with pytest.raises(ShardError, match=r"s.tar: 7.png is damaged"):
+        with pytest.raises(InputError, match=r"s.tar: 7.png is damaged"):
             size_of(tmp_path / "s.tar", "7", bytes(data))

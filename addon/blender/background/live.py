@@ -11,6 +11,7 @@ import time
 import bpy
 
 from facs_rig.blender.pose import check_face, is_face
+from facs_rig.common.errors import InputError
 
 from ..messages import reporting, translation
 from ..state import sources
@@ -48,7 +49,7 @@ def changed(face: bpy.types.Object) -> bool:
     try:
         check_face(face)
         mark = sources.source_of(face.sketch_to_face).mark
-    except ValueError as error:
+    except InputError as error:
         session.troubles[face.name] = str(error)
         return False
     if mark == face.sketch_to_face.mark:  # what was wrong was undone, or mended by the button
@@ -83,7 +84,7 @@ def refit(name: str) -> tasks.Steps:
         pass
     except Exception as error:
         why = str(error)
-        if not isinstance(error, ValueError):
+        if not isinstance(error, InputError):
             path = reporting.log("Live")
             why = translation.text("{title} broke ({kind}); details: {path}", title="Live",
                                    kind=type(error).__name__, path=path)  # fmt: skip

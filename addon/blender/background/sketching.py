@@ -60,7 +60,7 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
     """A function, for a thread, that fits the sketch that `holder` means.
 
     face : keeps its locks and pins      shape : is told the shape as soon as it is known
-    SketchError, one sentence, if there is no sketch to read.
+    InputError, one sentence, if there is no sketch to read.
     """
     source = sources.source_of(holder)
     values = properties.fit_values(context, face)

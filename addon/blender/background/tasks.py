@@ -124,12 +124,8 @@ def within(
 
 
 class InSlices:
-    """An operator whose work is `steps(context)`, a generator that returns what `execute` returns.
+    """An operator whose work is `steps(context)`: a generator that returns what `execute` does."""
 
-    `expected` : the errors whose text is for the artist (see `reporting.reported`).
-    """
-
-    expected: type[ValueError] = ValueError
     _steps: Steps | None = None
     _timer = None
     _alarm = None
@@ -147,7 +143,7 @@ class InSlices:
     def execute(self, context):
         """All steps in one go."""
         result = {"CANCELLED"}
-        with reported(self, self.expected):
+        with reported(self):
             result = run(self.steps(context))
         return result
 
@@ -170,14 +166,14 @@ class InSlices:
     def modal(self, context, event):
         """Work, hear Escape, let the view be turned."""
         if event.type == "ESC" and event.value == "PRESS":
-            with reported(self, self.expected):
+            with reported(self):
                 self._steps.close()
             self._put_away(context)
             return self.stopped(context)
         if event.type != "TIMER" or self._alarm is not None:  # other timers make such events, too
             return {"PASS_THROUGH"} if event.type in LOOKING else {"RUNNING_MODAL"}
         result: set[str] | None = None
-        with reported(self, self.expected) as outcome:
+        with reported(self) as outcome:
             result = self._advance(context)
         if outcome.failed:
             result = {"CANCELLED"}

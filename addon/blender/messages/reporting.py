@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from addon.accepted import SketchError
+from facs_rig.common.errors import InputError
 
 from . import translation
 
@@ -54,24 +54,19 @@ def say(operator: bpy.types.Operator, level: str, message: str, /, **values) -> 
 
 
 @contextlib.contextmanager
-def reported(operator: bpy.types.Operator, expected: type[ValueError] = SketchError):
+def reported(operator: bpy.types.Operator):
     """Turn errors inside the block into reports of `operator`; `.failed` tells the caller.
 
-    A ValueError is what the artist can mend: its sentence is shown as it is; and so is an error of
+    An InputError is what the artist can mend: its sentence is shown as it is; and so is an error of
     the disk, which names the file. Anything else is our fault: it goes whole to the log file, and
-    the report names the file. ValueErrors that are not `expected` are logged as well: of those of
-    a fit only SketchError is surely the sketch's.
+    the report names the file.
     """
     outcome = Outcome()
     try:
         yield outcome
-    except expected as error:
+    except InputError as error:
         outcome.failed = True
         operator.report({"ERROR"}, _sentence(error))
-    except ValueError as error:
-        outcome.failed = True
-        log(operator.bl_label)
-        operator.report({"ERROR"}, str(error))
     except OSError as error:
         outcome.failed = True
         log(operator.bl_label)

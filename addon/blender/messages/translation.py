@@ -4,7 +4,7 @@ Blender itself looks up what it is given whole: labels, tooltips, names of prope
 items, `text=` of layout calls. It only has to know the table. A sentence that is put together
 here goes through `text`, `label` or `tip` as a template, and is filled in after it was looked up.
 
-The core speaks English alone: what a SketchError of a fit or a ValueError of facs_rig says reaches
+The core speaks English alone: what an InputError of a fit or of the rig says reaches
 the artist as it is, and so does what goes to the log.
 """
 

@@ -5,7 +5,7 @@ import bpy.utils.previews
 import numpy as np
 from bpy.props import EnumProperty, StringProperty
 
-from addon.accepted import SketchError
+from facs_rig.common.errors import InputError
 
 from ..background import sketching
 from ..background.tasks import InSlices, in_background
@@ -24,10 +24,10 @@ DECISIONS = (
 
 
 def item_of(face, name: str):
-    """A face's item of an action; SketchError if the sketch was not asked for it."""
+    """A face's item of an action; InputError if the sketch was not asked for it."""
     item = face.sketch_to_face.detections.get(name)
     if item is None:
-        raise SketchError(
+        raise InputError(
             translation.text("'{face}' knows of no action '{name}': fit it to a sketch first.",
                              face=face.name, name=name)
         )  # fmt: skip
@@ -89,7 +89,6 @@ class SKETCHTOFACE_OT_evidence(InSlices, faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.evidence"
     bl_label = "Show Evidence"
     bl_options = {"REGISTER"}
-    expected = SketchError
 
     def steps(self, context):
         """Erase the sketch patch by patch, read it each time; keep a picture for every action."""

@@ -13,6 +13,7 @@ from facs_rig.blender.files import not_moving, span_of, write_moving, write_show
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from ..background.tasks import InSlices, Steps, Tick, in_background, within
@@ -96,7 +97,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, Ex
         face = faces.active_face(context)
         path = Path(with_ending(_named(self.filepath), self.format, keep=True))
         if not path.parent.is_dir():
-            raise ValueError(
+            raise InputError(
                 translation.text(
                     "There is no folder '{folder}'; choose one that is there.", folder=path.parent
                 )
@@ -140,10 +141,10 @@ def with_ending(path: str, ending: str, *, keep: bool = False) -> str:
 
 
 def _named(filepath: str) -> str:
-    """The absolute path of the file to write; ValueError, one sentence, if that is no file."""
+    """The absolute path of the file to write; InputError, one sentence, if that is no file."""
     path = bpy.path.abspath(filepath)
     if not path or path.endswith(("/", os.sep)) or os.path.isdir(path):
-        raise ValueError(
+        raise InputError(
             translation.text("'{path}' names no file; say which one to write.", path=filepath)
         )
     return path

@@ -18,6 +18,7 @@ from facs_rig.blender.pose import (
     straighten_eyes,
 )
 from facs_rig.blender.reshape import reshape
+from facs_rig.common.errors import InputError
 
 from ..messages import translation
 from ..messages.reporting import reported, say
@@ -59,7 +60,7 @@ class SKETCHTOFACE_OT_reset_sliders(faces.OnFace, bpy.types.Operator):
     def execute(self, context):
         """Write the values to the properties; a fitted face keeps its details."""
         face = faces.active_face(context)
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             check_face(face)
             memory = face.sketch_to_face
             drawn = {i.name: i.value for i in memory.expression} if self.to == "SKETCH" else {}
@@ -81,7 +82,7 @@ class SKETCHTOFACE_OT_copy_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """The text of an expression file, without the person."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             parameters = replace(pose_of(faces.active_face(context)), identity={})
             write_clipboard(context, expressions.dumps(parameters))
         if outcome.failed:
@@ -104,16 +105,16 @@ class SKETCHTOFACE_OT_paste_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Read, check, write."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             self.text = self.text or read_clipboard(context)
             if not self.text.strip():
-                raise ValueError(
+                raise InputError(
                     translation.text("the clipboard is empty: copy an expression first")
                 )
             try:
                 parameters = expressions.loads(self.text)
-            except ValueError as error:
-                raise ValueError(
+            except InputError as error:
+                raise InputError(
                     translation.text("The clipboard holds no expression: {error}", error=error)
                 ) from None
             set_pose(faces.active_face(context), parameters, turn=self.head)
@@ -145,7 +146,7 @@ class SKETCHTOFACE_OT_save_expression(faces.OnFace, bpy.types.Operator, ExportHe
 
     def execute(self, context):
         """Write the file, whole or not at all."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             parameters = pose_of(faces.active_face(context))
             if not self.person:
                 parameters = replace(parameters, identity={})
@@ -175,7 +176,7 @@ class SKETCHTOFACE_OT_load_expression(faces.OnFace, bpy.types.Operator, ImportHe
 
     def execute(self, context):
         """Read, check, write."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             face = faces.active_face(context)
             check_face(face)
             parameters = expressions.read(bpy.path.abspath(self.filepath))
@@ -204,7 +205,7 @@ class SKETCHTOFACE_OT_random_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Draw an expression from the seed."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             face = faces.active_face(context)
             aus = expressions.random_expression(np.random.default_rng(self.seed))
             set_pose(face, replace(pose_of(face), aus=aus), turn=False)
@@ -221,7 +222,7 @@ class SKETCHTOFACE_OT_mirror_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Mirror sliders, gaze, head and neck."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             face = faces.active_face(context)
             set_pose(face, mirrored(pose_of(face)), turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
@@ -248,7 +249,7 @@ class SKETCHTOFACE_OT_key_expression(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Insert the keyframes."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             key_pose(faces.active_face(context), context.scene.frame_current, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 

@@ -20,7 +20,7 @@ class SKETCHTOFACE_OT_new_drawing(bpy.types.Operator):
 
     def execute(self, context):
         """Make the sheet, mean it, look at it, draw."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             to_object_mode(context)
             pencil = new_pencil(context)
             settings = context.scene.sketch_to_face

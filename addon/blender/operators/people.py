@@ -70,7 +70,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
 
     def execute(self, context):
         """Build at the 3D cursor, select, look."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             from facs_rig import FaceParameters
             from facs_rig.blender import build_face
             from facs_rig.rig import load_rig
@@ -149,7 +149,7 @@ class SKETCHTOFACE_OT_stand_alone(bpy.types.Operator):
 
     def execute(self, context):
         """Copy the data, let it follow this face."""
-        with reported(self, ValueError) as outcome:
+        with reported(self) as outcome:
             stand_alone(faces.active_face(context))
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
@@ -158,7 +158,7 @@ def _become(operator, context, identity: dict[str, float]) -> set[str]:
     from facs_rig.blender.reshape import reshape
     from facs_rig.rig import load_rig
 
-    with reported(operator, ValueError) as outcome:
+    with reported(operator) as outcome:
         reshape(faces.active_face(context), load_rig(), identity)
     return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 

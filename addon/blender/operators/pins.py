@@ -11,6 +11,8 @@ from bpy_extras.view3d_utils import (
 from mathutils import Vector
 from mathutils.geometry import intersect_line_plane
 
+from facs_rig.common.errors import InputError
+
 from ..background.tasks import LOOKING, redraw
 from ..messages import translation
 from ..messages.reporting import reported, say
@@ -22,12 +24,12 @@ NEAR = 14  # px on the screen within which a point is taken
 
 
 def set_pin(face, name: str, place) -> None:
-    """Pin a landmark. ValueError, one sentence, for an unknown one."""
+    """Pin a landmark. InputError, one sentence, for an unknown one."""
     from facs_rig import LANDMARKS
     from facs_rig.parameters import nearest
 
     if name not in LANDMARKS:
-        raise ValueError(
+        raise InputError(
             translation.text("There is no point '{name}' on a face{guess}.",
                              name=name, guess=nearest(name, LANDMARKS))
         )  # fmt: skip

@@ -6,11 +6,11 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty
 
-from addon.accepted import SketchError
 from addon.storyboard import sketches_in
 from facs_rig import FaceParameters
 from facs_rig.blender.pose import is_face, pose_of
 from facs_rig.blender.retarget import Worn, check_wearer, wear
+from facs_rig.common.errors import InputError
 
 from ..background import sketching
 from ..background.tasks import InSlices, Steps, in_background
@@ -23,7 +23,7 @@ MOST_NAMES = 5  # in a sentence; beyond that nobody reads them
 
 def giver(context) -> bpy.types.Object:
     """The face whose expression is given to others: the active one, else the only one selected,
-    else the one that was made of a sketch last, else the only one. ValueError if that is none."""
+    else the one that was made of a sketch last, else the only one. InputError if that is none."""
     active = faces.active_face(context)
     selected = [o for o in faces.selected_objects(context) if is_face(o)]
     present = [o for o in context.scene.objects if is_face(o)]
@@ -34,13 +34,13 @@ def giver(context) -> bpy.types.Object:
         if len(choice) == 1:
             return choice[0]
     if present:
-        raise ValueError(
+        raise InputError(
             translation.text(
                 "it is not clear which face gives the expression: select it too, or take the "
                 "expression from the sketch"
             )
         )
-    raise ValueError(
+    raise InputError(
         translation.text(
             "there is no face to take the expression from: make one, or take it from the sketch"
         )
@@ -55,8 +55,8 @@ def wearers(context, source: bpy.types.Object | None = None) -> list[bpy.types.O
             chosen.setdefault(mesh.name if is_face(mesh) else mesh.data.name_full, mesh)
     if not chosen:
         if source is None:
-            raise ValueError(translation.text("select the meshes that are to wear the expression"))
-        raise ValueError(
+            raise InputError(translation.text("select the meshes that are to wear the expression"))
+        raise InputError(
             translation.text(
                 "select the meshes that are to wear the expression besides '{name}'",
                 name=source.name,
@@ -145,10 +145,10 @@ class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
             try:
                 frame = context.scene.frame_current if self.keyframes else None
                 worn[name] = wear(bpy.data.objects[name], FaceParameters(aus), frame=frame)
-            except ValueError as error:
+            except InputError as error:
                 failed[name] = str(error)
         if not worn:
-            raise ValueError("; ".join(failed.values()))
+            raise InputError("; ".join(failed.values()))
         lost = failed or any(w.unshown or w.driven for w in worn.values())
         self.report({"WARNING" if lost else "INFO"}, outcome_of(worn, failed))
         return {"FINISHED"}
@@ -160,7 +160,7 @@ class Storyboard:
     def __init__(self, context, turn: bool) -> None:
         settings = context.scene.sketch_to_face
         if not settings.storyboard.strip():
-            raise ValueError(
+            raise InputError(
                 translation.text("no folder is chosen: pick the one that your sketches are in")
             )
         folder = Path(bpy.path.abspath(settings.storyboard)).expanduser()
@@ -173,10 +173,10 @@ class Storyboard:
             try:
                 check_wearer(mesh)
                 self.names.append(mesh.name)
-            except ValueError as error:
+            except InputError as error:
                 self.troubles.append(str(error))
         if not self.names:
-            raise ValueError("; ".join(self.troubles))
+            raise InputError("; ".join(self.troubles))
         self.done = 0
         self.keyed: list[int] = []  # frames
         self.bad: list[str] = []  # names of files
@@ -201,7 +201,7 @@ class Storyboard:
         share = 1 / total
         try:
             pose = yield from in_background(read, text, self.done * share, (self.done + 1) * share)
-        except SketchError as error:
+        except InputError as error:
             self.done += 1
             self.bad.append(path.name)
             self.troubles.append(str(error))

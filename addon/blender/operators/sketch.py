@@ -7,7 +7,6 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 
 import addon.accepted
-from addon.accepted import SketchError
 from facs_rig.blender.armature import layer_of
 
 from ..background import sketching
@@ -57,7 +56,6 @@ class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
             name="Look at It", description="Turn the 3D view to the new face", default=True
         ),
     }
-    expected = SketchError
 
     def steps(self, context):
         """Fit, build, remember, frame."""
@@ -77,7 +75,6 @@ class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnSketchedFace, bpy.types.Operat
     bl_idname = "sketch_to_face.fit_again"
     bl_label = "Fit Again"
     bl_options = {"REGISTER", "UNDO"}
-    expected = SketchError
 
     @classmethod
     def poll(cls, context):

@@ -4,6 +4,7 @@ import bpy
 
 from facs_rig.blender.armature import layer_of
 from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
+from facs_rig.common.errors import InputError
 
 from ..messages import translation
 from . import sources
@@ -44,7 +45,7 @@ def trouble(face: bpy.types.Object) -> str:
     """Why this face cannot be posed, in one sentence; empty if it can."""
     try:
         check_face(face)
-    except ValueError as error:
+    except InputError as error:
         return str(error)
     return ""
 

@@ -19,6 +19,7 @@ from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
 from facs_rig.blender.keys import FITTED
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
+from facs_rig.common.errors import InputError
 
 from . import sources
 
@@ -43,7 +44,7 @@ def _identity_property(feature):
         if _is_reloaded(face, get(self), value):
             return
         # A slider can tell nobody what is wrong; the panel that it is in does.
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(InputError):
             reshape(face, load_rig(), {**identity_of(face), feature.name: value})
 
     return FloatProperty(

@@ -15,8 +15,8 @@ import numpy as np
 from bpy.props import EnumProperty, PointerProperty, StringProperty
 from numpy.typing import NDArray
 
-from addon.accepted import SketchError
 from facs_rig.blender.armature import metre
+from facs_rig.common.errors import InputError
 
 from ..messages import translation
 from .preferences import RELATIVE
@@ -94,7 +94,7 @@ def same(one, other) -> bool:
 
 
 def source_of(holder) -> Source:
-    """The sketch that `holder` means. SketchError, one sentence, if there is none.
+    """The sketch that `holder` means. InputError, one sentence, if there is none.
 
     Only for the main thread, as it reads Blender's data.
     """
@@ -103,7 +103,7 @@ def source_of(holder) -> Source:
 
 def _file(holder) -> Source:
     if not holder.sketch.strip():
-        raise SketchError(
+        raise InputError(
             translation.text("No sketch is chosen: pick the image of a drawn face first.")
         )
     return _file_source(Path(bpy.path.abspath(holder.sketch)).expanduser())
@@ -184,14 +184,14 @@ def _user_of(image: bpy.types.Image):
 def _image(holder) -> Source:
     image = holder.sketch_image
     if image is None:
-        raise SketchError(
+        raise InputError(
             translation.text("No image is chosen: pick one of this file's images first.")
         )
     if image.source == "SEQUENCE":
         return _file_source(Path(frame_of(image)))
     width, height = image.size
     if not width or not height or not image.channels:
-        raise SketchError(_without_pixels(image))
+        raise InputError(_without_pixels(image))
     pixels = np.empty(width * height * image.channels, dtype=np.float32)
     image.pixels.foreach_get(pixels)
     name, channels = image.name, image.channels
@@ -209,7 +209,7 @@ def _image(holder) -> Source:
 def _pencil(holder) -> Source:
     pencil = holder.sketch_pencil
     if pencil is None or pencil.type not in PENCILS:
-        raise SketchError(
+        raise InputError(
             translation.text("No drawing is chosen: pick the Grease Pencil object you drew first.")
         )
     found = strokes_of(pencil)

@@ -1,4 +1,4 @@
-"""Many polylines in flat arrays, so that work on all of them is one numpy call."""
+"""Polylines: one as an array of points, or many in flat arrays for one numpy call on all."""
 
 from __future__ import annotations
 
@@ -7,6 +7,27 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = ["Polylines", "arc_lengths", "line_length", "resampled", "spread"]
+
+
+def arc_lengths(points: NDArray) -> NDArray[np.float64]:
+    """(k,) the length of a line (k, d) up to each of its points, from 0."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def line_length(points: NDArray) -> float:
+    """Of a line (k, d), in its own units; 0 for less than two points."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def resampled(values: NDArray, way: NDArray, at: NDArray) -> NDArray[np.float64]:
+    """(m, d) what a line has at the lengths `at` (m,), linear between its points.
+
+    values : (k, d), of each point;  way : (k,) from `arc_lengths`
+    """
+    return np.column_stack([np.interp(at, way, column) for column in np.asarray(values).T])
 
 
 @dataclass(frozen=True)
