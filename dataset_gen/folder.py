@@ -17,9 +17,9 @@ from pathlib import Path
 
 from PIL import Image
 
+from dataset_gen.tars import ShardError, files_of, record_of, samples_of, size_of
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import clear, is_work, write_text
-from facs_rig.shards import ShardError, files_of, record_of, samples_of, size_of
 
 from .samples import SIZE, Recipe
 from .shards import versions

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from dataset_gen.tars import files_of, record_of, samples_of, size_of
 from facs_rig import FaceParameters, load_rig
 from facs_rig.common.files import Outputs
-from facs_rig.shards import files_of, record_of, samples_of, size_of
 
 from .samples import SIZE, Recipe, make_sample
 from .workers import go_on

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from dataset_gen.tars import ShardError, record_of, samples_of, size_of
 from facs_rig.common.errors import InputError
-from facs_rig.shards import ShardError, record_of, samples_of, size_of
 
 ANGLES = ("yaw", "pitch", "roll")
 HELD_OUT = 10  # every tenth drawing is never trained on

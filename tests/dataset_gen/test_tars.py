@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from facs_rig.shards import InputError, files_of, record_of, samples_of, size_of
+from dataset_gen.tars import InputError, files_of, record_of, samples_of, size_of
 
 
 def png() -> bytes:

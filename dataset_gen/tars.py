@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from .common.errors import InputError
+from facs_rig.common.errors import InputError
 
 END = bytes(1024)  # the two empty blocks with which a tar ends
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
