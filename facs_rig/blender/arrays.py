@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-WHOLE = bpy.app.version >= (4, 1, 0)  # arrays are read and written whole
+BULK = bpy.app.version >= (4, 1, 0)  # arrays are read and written whole
 
 
 def make_mesh(
@@ -27,7 +27,7 @@ def make_mesh(
     mesh.polygons.add(len(starts))
     write_places(mesh, points)
     mesh.polygons.foreach_set("loop_start", starts)
-    if WHOLE:
+    if BULK:
         mesh.attributes[".corner_vert"].data.foreach_set("value", corners)
         mesh.shade_smooth()
         return mesh
@@ -41,7 +41,7 @@ def make_mesh(
 
 def write_places(mesh: bpy.types.Mesh, points: NDArray[np.float32]) -> None:
     """Move the vertices of the mesh itself (its shape keys stay where they are)."""
-    if WHOLE:
+    if BULK:
         mesh.attributes["position"].data.foreach_set("vector", _flat(points))
     else:
         mesh.vertices.foreach_set("co", _flat(points))
@@ -50,7 +50,7 @@ def write_places(mesh: bpy.types.Mesh, points: NDArray[np.float32]) -> None:
 def corners_of(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(c,) vertex of each corner of the polygons."""
     out = np.empty(len(mesh.loops), dtype=np.int32)
-    if WHOLE:
+    if BULK:
         mesh.attributes[".corner_vert"].data.foreach_get("value", out)
     else:
         mesh.loops.foreach_get("vertex_index", out)
@@ -59,7 +59,7 @@ def corners_of(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
 
 def write_materials(mesh: bpy.types.Mesh, index: NDArray[np.int32]) -> None:
     """Give each polygon of a new mesh its material's index (p,)."""
-    if WHOLE:
+    if BULK:
         layer = mesh.attributes.new("material_index", "INT", "FACE")
         layer.data.foreach_set("value", index)
     else:
@@ -68,7 +68,7 @@ def write_materials(mesh: bpy.types.Mesh, index: NDArray[np.int32]) -> None:
 
 def write_map(layer: bpy.types.MeshUVLoopLayer, places: NDArray[np.float32]) -> None:
     """Fill a UV map with the places (c, 2) of the corners."""
-    if WHOLE:
+    if BULK:
         layer.uv.foreach_set("vector", _flat(places))
     else:
         layer.data.foreach_set("uv", _flat(places))
@@ -87,7 +87,7 @@ def read_key(block: bpy.types.ShapeKey) -> NDArray[np.float32]:
 
 
 def _points(block: bpy.types.ShapeKey):
-    return block.points if WHOLE else block.data
+    return block.points if BULK else block.data
 
 
 def _flat(values: NDArray) -> NDArray[np.float32]:

@@ -35,7 +35,7 @@ from facs_rig.blender.armature import (
 from facs_rig.blender.arrays import make_mesh, write_places
 from facs_rig.blender.keys import BASIS, FITTED, add_keys, add_properties, driver_texts
 from facs_rig.blender.materials import add_materials, paint_of, starts_of
-from facs_rig.blender.pose import MARK, VERSION, set_identity, settle
+from facs_rig.blender.pose import MARK, VERSION, set_identity, write_identity
 from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
@@ -191,7 +191,7 @@ def _build(
         armature.scale = (metre(bpy.context.scene),) * 3
         face.parent = armature
         face[MARK] = VERSION
-        become = set_identity if identity_keys else settle
+        become = set_identity if identity_keys else write_identity
         become(face, rig, parameters.identity)
         for thing in (face, armature):
             collection.objects.link(thing)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.blender.armature import drive, to_blender
-from facs_rig.blender.arrays import WHOLE, write_key, write_places
+from facs_rig.blender.arrays import BULK, write_key, write_places
 from facs_rig.blender.steps import Steps
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
@@ -123,12 +123,12 @@ def add_key(
     A new key is a copy of the mesh's own vertices. Before 4.1 these are written ten times as
     quickly as a key is, so that the key is made of them there; `add_keys` puts them back.
     """
-    if not WHOLE:
+    if not BULK:
         write_places(face.data, points)
     block = face.shape_key_add(name=name, from_mix=False)
     if block.name != name:
         raise RuntimeError(f"Blender calls the shape key '{name}' '{block.name}'")
-    if WHOLE:
+    if BULK:
         write_key(block, points)
     block.slider_min, block.slider_max = least, most
     block.value = 0.0  # from Blender 5.0 keys begin at 1

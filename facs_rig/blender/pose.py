@@ -247,10 +247,10 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
             blocks[name].value = value
-    settle(face, rig, identity)
+    write_identity(face, rig, identity)
 
 
-def settle(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
+def write_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
     """All of a person but the shape: crease_gain, lid_rest, the joints, and that it is known."""
     values = check_identity(identity)
     for name, value in rig.scalars(identity).items():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, joints_move, to_blender
-from facs_rig.blender.arrays import WHOLE, corners_of, read_key, write_key, write_places
+from facs_rig.blender.arrays import BULK, corners_of, read_key, write_key, write_places
 from facs_rig.blender.keys import FITTED, add_fitted, moved
 from facs_rig.blender.pose import (
     armature_of,
@@ -22,7 +22,7 @@ from facs_rig.blender.pose import (
     has_identity_keys,
     refresh,
     set_identity,
-    settle,
+    write_identity,
 )
 from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.common.errors import InputError
@@ -107,7 +107,7 @@ def _reshape(
     writes = _write(face, rig, identity, neutral, ours, theirs)
     try:
         for _ in writes:
-            if not WHOLE:
+            if not BULK:
                 yield
     except GeneratorExit:
         finish(writes)
@@ -203,7 +203,7 @@ def _write(
     if has_identity_keys(face):
         set_identity(face, rig, identity)
     else:
-        settle(face, rig, identity)
+        write_identity(face, rig, identity)
         write_places(face.data, neutral)
         write_key(face.data.shape_keys.reference_key, neutral)
     yield

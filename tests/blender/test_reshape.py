@@ -375,7 +375,7 @@ def test_closing_early_leaves_no_half(rig, monkeypatch, evaluated, identity_keys
     from facs_rig.blender import reshape as blender_reshape
 
     # as Blenders before 4.1 do it: a pause after each key
-    monkeypatch.setattr(blender_reshape, "WHOLE", False)
+    monkeypatch.setattr(blender_reshape, "BULK", False)
     monkeypatch.setattr(blender_reshape, "sliced", lambda units, seconds: units)
     pose = a_pose(8, someone=True)
     face = build_face("Face", rig, pose, identity_keys=identity_keys)
