@@ -1,4 +1,4 @@
-"""The second engine of the data set: Blender's Freestyle finds the lines and what hides them.
+"""An engine of the data set: Blender's Freestyle finds the lines and what hides them.
 
 Freestyle's view map gives the lines in space (see freestyle_view_map). They are projected with our
 own camera, so that both engines agree to the last pixel, and chained into the same strokes.

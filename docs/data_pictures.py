@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,12 @@ from tables import degrees, drawn, identities, strengths
 
 from addon.sheet import INK, LAYERS, PAPER, blank, captioned, close_up, font, grid, seen_from
 from dataset_gen import Style, draw_strokes
+from dataset_gen.conventions import CONVENTIONS, Artist, draw_by_convention, zoomed
 from dataset_gen.generate import make_sample
 from dataset_gen.linework import ink
 from dataset_gen.linework.lines import DETAILS, WAYS
 from dataset_gen.sampling import SCHEMES, Sample
-from facs_rig import FaceParameters, load_rig
+from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 
 Picture = NDArray[np.uint8]  # (h, w, 3)
@@ -28,10 +29,51 @@ def grey(picture: NDArray) -> Picture:
     return np.repeat(np.minimum(picture, PAPER)[:, :, None], 3, axis=2)
 
 
-def page_of_drawings() -> Picture:
+def page_of_drawings(engine: str = "contours") -> Picture:
     """The first samples of the data set with seed 0."""
-    pictures = [make_sample(0, k)[0] for k in range(18)]
+    pictures = [make_sample(0, k, engine=engine)[0] for k in range(18)]
     return grid([np.repeat(p[:, :, None], 3, axis=2) for p in pictures], 6, gap=6)
+
+
+# --- conventions ----------------------------------------------------------------------------------
+
+# Feature -> what the face does, and the window around it in shares of the page: left, top, size.
+CLOSE = {
+    "eye": ({}, (0.40, 0.22, 0.28)),
+    "brow": ({"frontalis": 2.0}, (0.40, 0.18, 0.28)),
+    "nose": ({}, (0.43, 0.34, 0.28)),
+    "mouth": ({"smile": 2.0}, (0.42, 0.46, 0.28)),
+    "open": ({"jaw_open": 4.0, "smile": 2.0}, (0.42, 0.46, 0.28)),
+    "finish": ({"smile": 2.0}, (0.2, 0.04, 0.72)),
+}
+DRAWN_PAGE, DRAWN_CELL = 900, 150
+
+
+def drawn_features() -> Picture:
+    """Each feature of one face by some of its conventions, named."""
+    rig, columns = load_rig(), 6
+    rows = []
+    for feature, (aus, window) in CLOSE.items():
+        person = {"gender": 0.5, "age": 0.2, "eye_size": 0.3}
+        face = FaceParameters(dict(aus), person, (np.radians(12), 0.0, 0.0))
+        vertices = rig.pose(face)
+        camera = Camera.framing(rig.extent(face), DRAWN_PAGE, DRAWN_PAGE, 0.1)
+        ways = [way for way in CONVENTIONS[feature] if way != "none"]
+        row = []
+        for way in ways[:columns]:
+            artist = replace(Artist(clothes="none", room=1.0, cut="swept"), **{feature: way})
+            strokes, _ = draw_by_convention(
+                rig, vertices, zoomed(camera, 1.25 if feature == "finish" else 1.0), face, artist,
+                4.0, np.random.default_rng(1),
+            )  # fmt: skip
+            picture = ink(strokes, DRAWN_PAGE, DRAWN_PAGE, Style(width=4.0, taper=0.5))
+            left, top, size = (int(share * DRAWN_PAGE) for share in window)
+            part = Image.fromarray(picture[top : top + size, left : left + size])
+            part = part.resize((DRAWN_CELL, DRAWN_CELL), Image.Resampling.LANCZOS)
+            row.append(captioned(grey(np.asarray(part)), f"{feature}: {way}", 15))
+        row += [blank(DRAWN_CELL, row[0].shape[0])] * (columns - len(row))
+        rows.append(np.concatenate(row, axis=1))
+    return np.concatenate(rows)
 
 
 # --- ways to draw ---------------------------------------------------------------------------------

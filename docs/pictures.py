@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from carved_pictures import carved_faces
-from data_pictures import histograms, page_of_drawings
+from data_pictures import drawn_features, histograms, page_of_drawings
 from data_pictures import ways as drawn_ways
 from fit_pictures import (
     generated_examples,
@@ -334,6 +334,12 @@ def drawings() -> None:
     save("drawings.png", page_of_drawings())
 
 
+def conventions() -> None:
+    """The same faces by convention, and a face's features by some of them."""
+    save("conventions.png", page_of_drawings("conventions"))
+    save("drawn_features.png", drawn_features())
+
+
 def ways() -> None:
     """The ways to draw what lies within the outline, on three faces."""
     save("ways.png", drawn_ways())
@@ -376,8 +382,9 @@ def sphere() -> None:
 
 FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
         extremes, turned)  # fmt: skip
-PICTURES = {f.__name__: f for f in (controls, creases, *FACE, drawings, ways, dataset_statistics,
-                                     examples, fits, alive, stages, sphere, engraved)}  # fmt: skip
+DATA = (drawings, conventions, ways, dataset_statistics)
+PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
+                                    sphere, engraved)}  # fmt: skip
 
 
 def main() -> None:

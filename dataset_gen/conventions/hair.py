@@ -64,7 +64,7 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
         inner = inner * (1 + 0.28 * np.exp(-((np.abs(angle) - 0.45) ** 2) / 0.07))
         inner = np.minimum(inner, outer - 0.02 * sitter.unit)
     elif cut in LONG:  # it hangs over the temples, more to one side of the parting
-        over = rng.uniform(0, 0.13, 2)[(angle > 0.6 * artist.parting).astype(int)]
+        over = rng.uniform(0, [0.2, 0.2])[(angle > 0.6 * artist.parting).astype(int)]
         inner = inner * (1 - over * np.clip(np.abs(angle - 0.6 * artist.parting), 0, 1))
     ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
     inner_line, outer_line = (centre + r[:, None] * ways for r in (inner, outer))
@@ -188,9 +188,9 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
     )
     t = np.linspace(0, 1, 20)
     root = float(np.clip(0.5 + 0.42 * artist.parting, 0.1, 0.9)) * (STEPS - 1)
-    wavy = sitter.unit * rng.choice([0.0, 0.01, 0.025, 0.05])
+    wavy = sitter.unit * rng.choice([0.0, 0.01, 0.025, 0.05, 0.08])
     lean, spread = rng.uniform(-7, 7), rng.uniform(0.02, 0.12)
-    lift = rng.uniform(0.0, 0.6)
+    lift = rng.uniform(0.0, 0.3)
     lean_out, wide = rng.uniform(-0.15, 0.35), rng.uniform(1.0, 2.0)
     while count > 0:
         size = min(int(rng.integers(1, 12)), count)
