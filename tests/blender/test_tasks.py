@@ -12,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 from addon.blender.background import tasks  # noqa: E402
 from addon.blender.state.session import session  # noqa: E402
+from facs_rig.common.errors import InputError  # noqa: E402
 
 
 class Window:
@@ -174,7 +175,7 @@ def test_what_a_button_is_at_ends_when_the_add_on_is_switched_off(window):
 def test_an_error_is_a_sentence_and_ends_the_work(window):
     def steps():
         yield tasks.Tick("at it", 0.5)
-        raise ValueError("the pencil broke")
+        raise InputError("the pencil broke")
 
     pressed = button(steps, window)
     pressed.invoke(window, None)

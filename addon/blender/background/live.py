@@ -95,13 +95,13 @@ def _go_on() -> float:
     """A slice of the fit that goes on."""
     if session.refit_waits_for is not None and not session.refit_waits_for.is_set():
         return BUSY
-    try:
-        session.refit_waits_for = next(session.refit).waits_for
-    except StopIteration:
+    tick = next(session.refit, None) if session.refit is not None else None
+    if tick is None:
         session.refit = session.refit_waits_for = None
         tasks.redraw(bpy.context, {"UI", "WINDOW"})
         return EVERY
-    return BUSY if session.refit_waits_for is not None else 0.0
+    session.refit_waits_for = tick.waits_for
+    return BUSY if tick.waits_for is not None else 0.0
 
 
 def wait(seconds: float = 60.0) -> None:

@@ -126,9 +126,9 @@ def within(
 class InSlices:
     """An operator whose work is `steps(context)`: a generator that returns what `execute` does."""
 
-    _steps: Steps | None = None
+    _steps: Any = None  # a generator, while a button runs it
     _timer = None
-    _alarm = None
+    _alarm: Any = None  # a function, while it waits to be called
     _shown = 0.0
 
     def steps(self, context) -> Steps:

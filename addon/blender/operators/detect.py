@@ -40,15 +40,13 @@ class SKETCHTOFACE_OT_decide(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.decide"
     bl_label = "Decide"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "name": StringProperty(name="Action", description="Name of the control"),
-        "decision": EnumProperty(
-            name="Decision",
-            description="What is said of the action",
-            items=DECISIONS,
-            **translation.OWN_CONTEXT,
-        ),
-    }
+    name: StringProperty(name="Action", description="Name of the control")
+    decision: EnumProperty(
+        name="Decision",
+        description="What is said of the action",
+        items=DECISIONS,
+        **translation.OWN_CONTEXT,
+    )
 
     @classmethod
     def description(cls, context, properties) -> str:
@@ -59,7 +57,7 @@ class SKETCHTOFACE_OT_decide(faces.OnFace, bpy.types.Operator):
     def execute(self, context):
         """Write the decision and, where it changes something, the slider."""
         with reported(self) as outcome:
-            item = item_of(faces.active_face(context), self.name)
+            item = item_of(faces.polled_face(context), self.name)
             if self.decision == "ACCEPT":
                 memory.settle(item, memory.worn(item) or item.read or memory.TYPICAL)
             elif self.decision == "REJECT":
@@ -78,7 +76,7 @@ class SKETCHTOFACE_OT_unlock_all(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Take every lock away."""
-        for item in faces.active_face(context).sketch_to_face.detections:
+        for item in faces.polled_face(context).sketch_to_face.detections:
             item.locked = False
         return {"FINISHED"}
 
@@ -92,7 +90,7 @@ class SKETCHTOFACE_OT_evidence(InSlices, faces.OnFace, bpy.types.Operator):
 
     def steps(self, context):
         """Erase the sketch patch by patch, read it each time; keep a picture for every action."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         source = sources.source_of(face.sketch_to_face)
         align = properties.fit_values(context)["align"]
         work = pictures_of(source, align, preferences.of(context).threads)

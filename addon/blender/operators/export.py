@@ -38,33 +38,31 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, Ex
     bl_label = "Export Face"
     bl_options = {"REGISTER"}
     filename_ext = ".glb"
-    __annotations__ = {
-        "filepath": preferences.filepath(),
-        "filter_glob": StringProperty(
-            default=";".join(f"*{suffix}" for suffix, *_ in FORMATS), options={"HIDDEN"}
-        ),
-        "format": EnumProperty(
-            name="Format",
-            description="What kind of file",
-            items=FORMATS,
-            update=lambda given, context: _rename(given),
-        ),
-        "names": EnumProperty(
-            name="Morph Targets",
-            description="What the actions are called in the file",
-            items=[
-                ("ours", "Sketch to Face", "The 47 controls of this add-on"),
-                ("arkit", "ARKit", "The 52 names that live-capture tools know"),
-            ],
-        ),
-        "animation": BoolProperty(
-            name="Animation",
-            description="Write a face with keyframes as it moves, its bones and shape keys at "
-            "every frame, instead of as it is now",
-            default=True,
-            options={"SKIP_SAVE"},
-        ),
-    }
+    filepath: preferences.filepath()
+    filter_glob: StringProperty(
+        default=";".join(f"*{suffix}" for suffix, *_ in FORMATS), options={"HIDDEN"}
+    )
+    format: EnumProperty(
+        name="Format",
+        description="What kind of file",
+        items=FORMATS,
+        update=lambda given, context: _rename(given),
+    )
+    names: EnumProperty(
+        name="Morph Targets",
+        description="What the actions are called in the file",
+        items=[
+            ("ours", "Sketch to Face", "The 47 controls of this add-on"),
+            ("arkit", "ARKit", "The 52 names that live-capture tools know"),
+        ],
+    )
+    animation: BoolProperty(
+        name="Animation",
+        description="Write a face with keyframes as it moves, its bones and shape keys at "
+        "every frame, instead of as it is now",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
 
     def check(self, context) -> bool:
         """The file browser asks whether the name had to be mended."""
@@ -78,7 +76,7 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, Ex
         column.prop(self, "format")
         if self.format not in MORPHING:
             return
-        moves = span_of(faces.active_face(context)) is not None
+        moves = span_of(faces.polled_face(context)) is not None
         if moves:
             column.prop(self, "animation")
         if not (moves and self.animation):
@@ -87,14 +85,14 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, Ex
     def invoke(self, context, event):
         """The file browser, with the face's name as the file's; then the work in slices."""
         if not self.filepath:
-            name = bpy.path.clean_name(faces.active_face(context).name) + self.format
+            name = bpy.path.clean_name(faces.polled_face(context).name) + self.format
             self.filepath = preferences.in_folder(context, name)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def steps(self, context):
         """Read the face from Blender, write the file in a thread."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         path = Path(with_ending(_named(self.filepath), self.format, keep=True))
         if not path.parent.is_dir():
             raise InputError(

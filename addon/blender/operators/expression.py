@@ -44,22 +44,20 @@ class SKETCHTOFACE_OT_reset_sliders(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.reset_sliders"
     bl_label = "Reset Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "to": EnumProperty(
-            name="To",
-            description="What the sliders are set back to",
-            **translation.OWN_CONTEXT,
-            items=[
-                ("NEUTRAL", "Neutral", "A face at rest that looks ahead"),
-                ("SKETCH", "As Drawn", "The expression that was read from the sketch"),
-            ],
-        ),
-        "head": BoolProperty(**{**_HEAD, "default": False}),
-    }
+    to: EnumProperty(
+        name="To",
+        description="What the sliders are set back to",
+        **translation.OWN_CONTEXT,
+        items=[
+            ("NEUTRAL", "Neutral", "A face at rest that looks ahead"),
+            ("SKETCH", "As Drawn", "The expression that was read from the sketch"),
+        ],
+    )
+    head: BoolProperty(**{**_HEAD, "default": False})
 
     def execute(self, context):
         """Write the values to the properties; a fitted face keeps its details."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         with reported(self) as outcome:
             check_face(face)
             memory = face.sketch_to_face
@@ -83,7 +81,7 @@ class SKETCHTOFACE_OT_copy_expression(faces.OnFace, bpy.types.Operator):
     def execute(self, context):
         """The text of an expression file, without the person."""
         with reported(self) as outcome:
-            parameters = replace(pose_of(faces.active_face(context)), identity={})
+            parameters = replace(pose_of(faces.polled_face(context)), identity={})
             write_clipboard(context, expressions.dumps(parameters))
         if outcome.failed:
             return {"CANCELLED"}
@@ -97,11 +95,9 @@ class SKETCHTOFACE_OT_paste_expression(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.paste_expression"
     bl_label = "Paste Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "head": BoolProperty(**_HEAD),
-        # Read once: redoing with other options must not paste what was copied meanwhile.
-        "text": StringProperty(options={"HIDDEN", "SKIP_SAVE"}),
-    }
+    head: BoolProperty(**_HEAD)
+    # Read once: redoing with other options must not paste what was copied meanwhile.
+    text: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def execute(self, context):
         """Read, check, write."""
@@ -117,7 +113,7 @@ class SKETCHTOFACE_OT_paste_expression(faces.OnFace, bpy.types.Operator):
                 raise InputError(
                     translation.text("The clipboard holds no expression: {error}", error=error)
                 ) from None
-            set_pose(faces.active_face(context), parameters, turn=self.head)
+            set_pose(faces.polled_face(context), parameters, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
@@ -128,26 +124,24 @@ class SKETCHTOFACE_OT_save_expression(faces.OnFace, bpy.types.Operator, ExportHe
     bl_label = "Save Expression"
     bl_options = {"REGISTER"}
     filename_ext = expressions.SUFFIX
-    __annotations__ = {
-        "filepath": preferences.filepath(),
-        "filter_glob": StringProperty(default=f"*{expressions.SUFFIX}", options={"HIDDEN"}),
-        "person": BoolProperty(
-            name="With the Person",
-            description="Save gender, age and features in the same file",
-            options={"SKIP_SAVE"},
-        ),
-    }
+    filepath: preferences.filepath()
+    filter_glob: StringProperty(default=f"*{expressions.SUFFIX}", options={"HIDDEN"})
+    person: BoolProperty(
+        name="With the Person",
+        description="Save gender, age and features in the same file",
+        options={"SKIP_SAVE"},
+    )
 
     def invoke(self, context, event):
         """The file browser, with the face's name as the file's."""
-        name = bpy.path.clean_name(faces.active_face(context).name) + self.filename_ext
+        name = bpy.path.clean_name(faces.polled_face(context).name) + self.filename_ext
         self.filepath = self.filepath or preferences.in_folder(context, name)
         return super().invoke(context, event)
 
     def execute(self, context):
         """Write the file, whole or not at all."""
         with reported(self) as outcome:
-            parameters = pose_of(faces.active_face(context))
+            parameters = pose_of(faces.polled_face(context))
             if not self.person:
                 parameters = replace(parameters, identity={})
             expressions.write(bpy.path.abspath(self.filepath), parameters)
@@ -164,20 +158,18 @@ class SKETCHTOFACE_OT_load_expression(faces.OnFace, bpy.types.Operator, ImportHe
     bl_label = "Load Expression"
     bl_options = {"REGISTER", "UNDO"}
     filename_ext = expressions.SUFFIX
-    __annotations__ = {
-        "filter_glob": StringProperty(default=f"*{expressions.SUFFIX}", options={"HIDDEN"}),
-        "head": BoolProperty(**_HEAD),
-        "person": BoolProperty(
-            name="The Person Too",
-            description="Become the person in the file, if there is one",
-            options={"SKIP_SAVE"},
-        ),
-    }
+    filter_glob: StringProperty(default=f"*{expressions.SUFFIX}", options={"HIDDEN"})
+    head: BoolProperty(**_HEAD)
+    person: BoolProperty(
+        name="The Person Too",
+        description="Become the person in the file, if there is one",
+        options={"SKIP_SAVE"},
+    )
 
     def execute(self, context):
         """Read, check, write."""
         with reported(self) as outcome:
-            face = faces.active_face(context)
+            face = faces.polled_face(context)
             check_face(face)
             parameters = expressions.read(bpy.path.abspath(self.filepath))
             if self.person and parameters.identity:
@@ -192,11 +184,9 @@ class SKETCHTOFACE_OT_random_expression(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.random_expression"
     bl_label = "Random Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "seed": IntProperty(
-            name="Seed", description="Another number, another expression", min=0, default=1
-        )
-    }
+    seed: IntProperty(
+        name="Seed", description="Another number, another expression", min=0, default=1
+    )
 
     def invoke(self, context, event):
         """Each press another one."""
@@ -206,7 +196,7 @@ class SKETCHTOFACE_OT_random_expression(faces.OnFace, bpy.types.Operator):
     def execute(self, context):
         """Draw an expression from the seed."""
         with reported(self) as outcome:
-            face = faces.active_face(context)
+            face = faces.polled_face(context)
             aus = expressions.random_expression(np.random.default_rng(self.seed))
             set_pose(face, replace(pose_of(face), aus=aus), turn=False)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
@@ -218,12 +208,12 @@ class SKETCHTOFACE_OT_mirror_expression(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.mirror_expression"
     bl_label = "Mirror Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {"head": BoolProperty(**_HEAD)}
+    head: BoolProperty(**_HEAD)
 
     def execute(self, context):
         """Mirror sliders, gaze, head and neck."""
         with reported(self) as outcome:
-            face = faces.active_face(context)
+            face = faces.polled_face(context)
             set_pose(face, mirrored(pose_of(face)), turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
@@ -245,12 +235,12 @@ class SKETCHTOFACE_OT_key_expression(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.key_expression"
     bl_label = "Key Expression"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {"head": BoolProperty(**{**_HEAD, "description": "Head and neck too"})}
+    head: BoolProperty(**{**_HEAD, "description": "Head and neck too"})
 
     def execute(self, context):
         """Insert the keyframes."""
         with reported(self) as outcome:
-            key_pose(faces.active_face(context), context.scene.frame_current, turn=self.head)
+            key_pose(faces.polled_face(context), context.scene.frame_current, turn=self.head)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 

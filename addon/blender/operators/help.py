@@ -31,13 +31,11 @@ class SKETCHTOFACE_OT_help(bpy.types.Operator):
     bl_idname = "sketch_to_face.help"
     bl_label = "Sketch to Face Manual"
     bl_options = {"INTERNAL"}
-    __annotations__ = {
-        "page": EnumProperty(
-            name="Page",
-            description="Where the manual is opened",
-            items=[(name, name.replace("_", " ").capitalize(), "") for name in PAGES],
-        )
-    }
+    page: EnumProperty(
+        name="Page",
+        description="Where the manual is opened",
+        items=[(name, name.replace("_", " ").capitalize(), "") for name in PAGES],
+    )
 
     def execute(self, context):
         """Hand the page to the browser."""

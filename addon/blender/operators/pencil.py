@@ -27,7 +27,7 @@ class SKETCHTOFACE_OT_new_drawing(bpy.types.Operator):
             settings.sketch_kind, settings.sketch_pencil = "PENCIL", pencil
             faces.select_alone(context, pencil)
             if faces.active_object(context) == pencil:
-                _look(context)
+                _look(context, pencil)
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
@@ -49,7 +49,7 @@ def new_pencil(context) -> bpy.types.Object:
     return pencil
 
 
-def _look(context) -> None:
+def _look(context, pencil: bpy.types.Object) -> None:
     """From the front, a head's height of the sheet in view, with the pen in the hand."""
     area = context.area
     if area is None or area.type != "VIEW_3D" or bpy.app.background:
@@ -60,8 +60,7 @@ def _look(context) -> None:
         view = area.spaces.active.region_3d
         view.view_location = context.scene.cursor.location
         view.view_distance = 0.8 * metre(context.scene)
-        kind = faces.active_object(context).type
-        mode = "PAINT_GREASE_PENCIL" if kind == "GREASEPENCIL" else "PAINT_GPENCIL"
+        mode = "PAINT_GREASE_PENCIL" if pencil.type == "GREASEPENCIL" else "PAINT_GPENCIL"
         bpy.ops.object.mode_set(mode=mode)
     context.scene.tool_settings.gpencil_stroke_placement_view3d = "ORIGIN"
     context.scene.tool_settings.gpencil_sculpt.lock_axis = "AXIS_Y"

@@ -29,28 +29,24 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
     bl_idname = "mesh.add_facs_face"
     bl_label = "Add FACS Face"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "identity_keys": BoolProperty(
-            name="Identity Sliders",
-            description="Keep gender, age, ethnicity and features in shape keys: their sliders are "
-            "quicker, and the face is heavier",
-            default=True,
-            options={"SKIP_SAVE"},
-        ),
-        "arkit": BoolProperty(
-            name="ARKit Shape Keys",
-            description="Add the 52 shape keys that live-capture tools drive by name",
-            options={"SKIP_SAVE"},
-        ),
-        "random_identity": BoolProperty(
-            name="Random Person",
-            description="Somebody, instead of the average of everybody",
-            options={"SKIP_SAVE"},
-        ),
-        "seed": IntProperty(
-            name="Seed", description="Another number, another person", min=0, default=1
-        ),
-    }
+    identity_keys: BoolProperty(
+        name="Identity Sliders",
+        description="Keep gender, age, ethnicity and features in shape keys: their sliders are "
+        "quicker, and the face is heavier",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+    arkit: BoolProperty(
+        name="ARKit Shape Keys",
+        description="Add the 52 shape keys that live-capture tools drive by name",
+        options={"SKIP_SAVE"},
+    )
+    random_identity: BoolProperty(
+        name="Random Person",
+        description="Somebody, instead of the average of everybody",
+        options={"SKIP_SAVE"},
+    )
+    seed: IntProperty(name="Seed", description="Another number, another person", min=0, default=1)
 
     @classmethod
     def poll(cls, context):
@@ -100,11 +96,7 @@ class SKETCHTOFACE_OT_random_person(faces.OnFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.random_person"
     bl_label = "Random Person"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "seed": IntProperty(
-            name="Seed", description="Another number, another person", min=0, default=1
-        )
-    }
+    seed: IntProperty(name="Seed", description="Another number, another person", min=0, default=1)
 
     def invoke(self, context, event):
         """Each press another one."""
@@ -150,7 +142,7 @@ class SKETCHTOFACE_OT_stand_alone(bpy.types.Operator):
     def execute(self, context):
         """Copy the data, let it follow this face."""
         with reported(self) as outcome:
-            stand_alone(faces.active_face(context))
+            stand_alone(faces.polled_face(context))
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
@@ -159,7 +151,7 @@ def _become(operator, context, identity: dict[str, float]) -> set[str]:
     from facs_rig.rig import load_rig
 
     with reported(operator) as outcome:
-        reshape(faces.active_face(context), load_rig(), identity)
+        reshape(faces.polled_face(context), load_rig(), identity)
     return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 

@@ -43,16 +43,14 @@ class SKETCHTOFACE_OT_pin(faces.OnSketchedFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.pin"
     bl_label = "Pin a Point"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "name": StringProperty(name="Point", description="Name of the landmark"),
-        "place": FloatVectorProperty(
-            name="Place", description="Pixels of the sketch, from its left and top", size=2
-        ),
-    }
+    name: StringProperty(name="Point", description="Name of the landmark")
+    place: FloatVectorProperty(
+        name="Place", description="Pixels of the sketch, from its left and top", size=2
+    )
 
     def execute(self, context):
         """Write the pin."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         with reported(self) as outcome:
             page = memory.page_of(face)
             set_pin(face, self.name, page[:, :2] @ np.array(self.place) + page[:, 2])
@@ -65,13 +63,11 @@ class SKETCHTOFACE_OT_unpin(faces.OnSketchedFace, bpy.types.Operator):
     bl_idname = "sketch_to_face.unpin"
     bl_label = "Remove Pins"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "name": StringProperty(name="Point", description="Name of the landmark; empty for all")
-    }
+    name: StringProperty(name="Point", description="Name of the landmark; empty for all")
 
     def execute(self, context):
         """Remove what is there."""
-        pins = faces.active_face(context).sketch_to_face.pins
+        pins = faces.polled_face(context).sketch_to_face.pins
         if not self.name:
             pins.clear()
         elif self.name in pins:
@@ -91,8 +87,9 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         if context.area is None or context.area.type != "VIEW_3D":
             say(self, "WARNING", "Pins are dragged in the 3D view: press the button there")
             return {"CANCELLED"}
-        face = faces.active_face(context)
-        self._name, self._taken = face.name, None
+        face = faces.polled_face(context)
+        self._name = face.name
+        self._taken: str | None = None  # the point that follows the mouse
         self._area = context.area  # where the mouse is later is another matter
         self._before = memory.places(face)
         self._overlay = context.scene.sketch_to_face.overlay
@@ -124,16 +121,16 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
             if self._taken is None:
                 session.held_point = self._under(context, face, event)
             else:
-                self._drag(face, event)
+                self._drag(face, self._taken, event)
             redraw(context, {"WINDOW"})
         elif event.type == "LEFTMOUSE":
-            name = self._under(context, face, event)
+            under = self._under(context, face, event)
             if event.value == "PRESS" and event.ctrl:
                 pins = face.sketch_to_face.pins
-                if name in pins:
-                    pins.remove(pins.find(name))
+                if under in pins:
+                    pins.remove(pins.find(under))
             else:
-                self._taken = name if event.value == "PRESS" else None
+                self._taken = under if event.value == "PRESS" else None
             session.held_point = self._taken
             redraw(context, {"WINDOW"})
             return {"RUNNING_MODAL"}
@@ -167,8 +164,8 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
                 best, away = name, (seen - mouse).length
         return best
 
-    def _drag(self, face, event) -> None:
-        """Move the taken point to under the mouse."""
+    def _drag(self, face, name: str, event) -> None:
+        """Move a point to under the mouse."""
         plane, mouse, view = overlay.plane_of(face), self._mouse(event), self._view()
         origin = region_2d_to_origin_3d(*view, mouse)
         ahead = region_2d_to_vector_3d(*view, mouse)
@@ -179,7 +176,7 @@ class SKETCHTOFACE_OT_drag_pins(faces.OnSketchedFace, bpy.types.Operator):
         x, y, _ = plane.inverted() @ hit
         u, v = overlay.on_page(face, np.array([x, y]))[0]
         page = memory.page_of(face)
-        set_pin(face, self._taken, page[:, :2] @ (u, v) + page[:, 2])
+        set_pin(face, name, page[:, :2] @ (u, v) + page[:, 2])
 
     def _view(self):
         """Region and view of the area's main window, wherever the mouse is."""

@@ -49,7 +49,7 @@ def giver(context) -> bpy.types.Object:
 
 def wearers(context, source: bpy.types.Object | None = None) -> list[bpy.types.Object]:
     """The selected meshes but `source`, one of each that share their shape keys."""
-    chosen = {}
+    chosen: dict[str, bpy.types.Object] = {}
     for mesh in faces.selected_objects(context):
         if mesh.type == "MESH" and mesh != source:
             chosen.setdefault(mesh.name if is_face(mesh) else mesh.data.name_full, mesh)
@@ -92,7 +92,7 @@ def outcome_of(worn: Mapping[str, Worn], failed: Mapping[str, str]) -> str:
     return "; ".join([*said, *failed.values()])
 
 
-class OnMeshes:
+class OnMeshes(faces.Mixin):
     """An operator that needs selected meshes, in Object Mode: its undo covers shape keys."""
 
     @classmethod
@@ -115,21 +115,19 @@ class SKETCHTOFACE_OT_apply_expression(InSlices, OnMeshes, bpy.types.Operator):
     bl_idname = "sketch_to_face.apply_expression"
     bl_label = "Apply Expression to Selected"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "source": EnumProperty(
-            name="From",
-            description="Whose expression it is",
-            **translation.OWN_CONTEXT,
-            items=[
-                ("FACE", "Face", "The sliders of the active face, or of the one made last"),
-                ("SKETCH", "Sketch", "What is drawn in the chosen sketch; no face is built"),
-            ],
-        ),
-        "keyframes": BoolProperty(
-            name="Insert Keyframes",
-            description="Key every shape key that is set, at the current frame",
-        ),
-    }
+    source: EnumProperty(
+        name="From",
+        description="Whose expression it is",
+        **translation.OWN_CONTEXT,
+        items=[
+            ("FACE", "Face", "The sliders of the active face, or of the one made last"),
+            ("SKETCH", "Sketch", "What is drawn in the chosen sketch; no face is built"),
+        ],
+    )
+    keyframes: BoolProperty(
+        name="Insert Keyframes",
+        description="Key every shape key that is set, at the current frame",
+    )
 
     def steps(self, context):
         """Read the expression, put it on each mesh, say what was not found."""
@@ -240,14 +238,12 @@ class SKETCHTOFACE_OT_storyboard(InSlices, OnMeshes, bpy.types.Operator):
         "current frame on"
     )
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "head": BoolProperty(
-            name="Head and Neck",
-            description="Turn the head of faces that Sketch to Face made too",
-            default=True,
-            options={"SKIP_SAVE"},
-        ),
-    }
+    head: BoolProperty(
+        name="Head and Neck",
+        description="Turn the head of faces that Sketch to Face made too",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
 
     def steps(self, context):
         """One sketch after the other."""

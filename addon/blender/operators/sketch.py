@@ -51,11 +51,9 @@ class SKETCHTOFACE_OT_fit(InSlices, bpy.types.Operator):
     bl_idname = "sketch_to_face.fit"
     bl_label = "Sketch to Face"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "frame": BoolProperty(
-            name="Look at It", description="Turn the 3D view to the new face", default=True
-        ),
-    }
+    frame: BoolProperty(
+        name="Look at It", description="Turn the 3D view to the new face", default=True
+    )
 
     def steps(self, context):
         """Fit, build, remember, frame."""
@@ -81,14 +79,14 @@ class SKETCHTOFACE_OT_fit_again(InSlices, faces.OnSketchedFace, bpy.types.Operat
         """Nor may it be in Edit Mode."""
         if not super().poll(context):
             return False
-        if faces.active_face(context).mode == "EDIT":
+        if faces.polled_face(context).mode == "EDIT":
             cls.poll_message_set(translation.tip("Leave Edit Mode first"))
             return False
         return True
 
     def steps(self, context):
         """Fit, reshape, remember."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         with out_of_its_mode(face):
             found = yield from sketching.again(context, face)
         kind, said = sketching.sentence(face, found.fit)
@@ -105,7 +103,7 @@ class SKETCHTOFACE_OT_adopt_sketch(faces.OnFace, bpy.types.Operator):
 
     def execute(self, context):
         """Copy which sketch is meant; pins belong to the old one."""
-        memory = faces.active_face(context).sketch_to_face
+        memory = faces.polled_face(context).sketch_to_face
         sources.copy(context.scene.sketch_to_face, memory)
         memory.pins.clear()
         memory.number = memory.number or 1
@@ -118,17 +116,15 @@ class SKETCHTOFACE_OT_try_sample(bpy.types.Operator):
     bl_idname = "sketch_to_face.try_sample"
     bl_label = "Try a Sample"
     bl_options = {"REGISTER", "UNDO"}
-    __annotations__ = {
-        "drawing": EnumProperty(
-            name="Drawing",
-            description="Which of them",
-            items=[
-                ("smiling_woman", "Smiling Woman", "A woman who laughs"),
-                ("angry_man", "Angry Man", "A man who shouts"),
-                ("worried_old_man", "Worried Old Man", "An old man with a lined forehead"),
-            ],
-        )
-    }
+    drawing: EnumProperty(
+        name="Drawing",
+        description="Which of them",
+        items=[
+            ("smiling_woman", "Smiling Woman", "A woman who laughs"),
+            ("angry_man", "Angry Man", "A man who shouts"),
+            ("worried_old_man", "Worried Old Man", "An old man with a lined forehead"),
+        ],
+    )
 
     def execute(self, context):
         """Mean its file."""

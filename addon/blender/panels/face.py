@@ -79,7 +79,7 @@ class SKETCHTOFACE_PT_face(Tab, bpy.types.Panel):
 
     def draw(self, context):
         """The buttons, or what is wrong with the face."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         trouble = faces.trouble(face)
         if trouble:
             column = self.layout.column(align=True)
@@ -121,7 +121,7 @@ def _region_panel(region: str, label: str) -> type:
     rows = slider_rows(region)
 
     def draw(self, context):
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         sides = context.scene.sketch_to_face.one_sided
         column = self.layout.column(align=True)
         for both, right, left in rows:
@@ -160,7 +160,7 @@ class SKETCHTOFACE_PT_head(OfFace, bpy.types.Panel):
 
     def draw(self, context):
         """Gaze, head and neck, in degrees."""
-        face = faces.active_face(context)
+        face = faces.polled_face(context)
         column = self.layout.column(align=True)
         for name, text in zip(GAZE, ("Eyes Turn", "Eyes Down"), strict=True):
             _slider(column, face, name, text)
@@ -188,7 +188,7 @@ class SKETCHTOFACE_PT_wrinkles(OfFace, bpy.types.Panel):
 
     def draw(self, context):
         """Part of the person."""
-        self.layout.prop(faces.active_face(context).sketch_to_face.identity, WRINKLES, slider=True)
+        self.layout.prop(faces.polled_face(context).sketch_to_face.identity, WRINKLES, slider=True)
 
 
 class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
@@ -215,7 +215,7 @@ def _identity_panel(group: str, features: list[Feature]) -> type:
     def draw(self, context):
         column = self.layout.column(align=True)
         for name in names:
-            column.prop(faces.active_face(context).sketch_to_face.identity, name, slider=True)
+            column.prop(faces.polled_face(context).sketch_to_face.identity, name, slider=True)
 
     return type(
         f"SKETCHTOFACE_PT_identity_{group}",

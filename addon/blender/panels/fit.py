@@ -49,11 +49,9 @@ def shown_first(items, every: bool, named: str) -> tuple[list[bool], list[int]]:
 class SKETCHTOFACE_UL_detections(bpy.types.UIList):
     """The actions that were read, the surest first."""
 
-    __annotations__ = {
-        "every": bpy.props.BoolProperty(
-            name="Every Action", description="Show also what was hardly seen", default=False
-        )
-    }
+    every: bpy.props.BoolProperty(
+        name="Every Action", description="Show also what was hardly seen", default=False
+    )
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
         """Tick, name, how likely, lock."""
@@ -93,7 +91,7 @@ class SKETCHTOFACE_PT_detect(OfSketch, bpy.types.Panel):
 
     def draw(self, context):
         """The list, then the chosen action with its strength, its verdicts and its evidence."""
-        memory_of = faces.active_face(context).sketch_to_face
+        memory_of = faces.polled_face(context).sketch_to_face
         column = self.layout.column()
         column.template_list("SKETCHTOFACE_UL_detections", "", memory_of, "detections", memory_of,
                              "shown", rows=6)  # fmt: skip
@@ -214,7 +212,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
 
     def draw(self, context):
         """Overlay and distances, the fitted key, strokes without a place, files."""
-        face, settings = faces.active_face(context), context.scene.sketch_to_face
+        face, settings = faces.polled_face(context), context.scene.sketch_to_face
         column = self.layout.column()
         column.prop(settings, "overlay", icon="OVERLAY", toggle=True)
         if settings.overlay:

@@ -5,6 +5,7 @@ from pathlib import Path
 import bpy
 import bpy.utils.previews
 
+from ..background.tasks import Tick
 from ..operators import pencil, sketch
 from ..state import sources
 from ..state.session import session
@@ -28,9 +29,8 @@ def thumbnail(holder) -> int:
     return session.thumbnails[name].icon_id
 
 
-def progress(layout) -> None:
+def progress(layout, tick: Tick) -> None:
     """How far the work is, and how to stop it."""
-    tick = session.doing
     text = f"{tick.text[:1].upper()}{tick.text[1:]} …"
     if hasattr(layout, "progress"):  # Blender 4.0 and newer
         layout.progress(factor=tick.share, text=text)
@@ -68,7 +68,7 @@ class SKETCHTOFACE_PT_sketch(Tab, bpy.types.Panel):
         if picture:
             column.template_icon(icon_value=picture, scale=7.0)
         if session.doing is not None:
-            progress(column)
+            progress(column, session.doing)
             return
         button = column.column()
         button.scale_y = 1.8

@@ -1,11 +1,18 @@
 """The tab "Sketch to Face" in the sidebar of the 3D view."""
 
+from typing import TYPE_CHECKING
+
 from ..operators import help
 
 TAB = "Sketch to Face"
 
+if TYPE_CHECKING:  # what a class that is mixed into panels can count on
+    from bpy.types import Panel as Mixin
+else:
+    Mixin = object
 
-class Tab:
+
+class Tab(Mixin):
     """Where the panels are. `page` is the page of the manual about a panel."""
 
     bl_space_type = "VIEW_3D"

@@ -1,5 +1,7 @@
 """Which face the artist works on."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 
 from facs_rig.blender.armature import layer_of
@@ -8,6 +10,11 @@ from facs_rig.common.errors import InputError
 
 from ..messages import translation
 from . import sources
+
+if TYPE_CHECKING:  # what a class that is mixed into operators can count on
+    from bpy.types import Operator as Mixin
+else:
+    Mixin = object
 
 
 def active_object(context) -> bpy.types.Object | None:
@@ -41,6 +48,14 @@ def active_face(context) -> bpy.types.Object | None:
     return max(drawn, key=lambda face: face.sketch_to_face.number, default=None)
 
 
+def polled_face(context) -> bpy.types.Object:
+    """The active face, where a poll has seen to it that there is one."""
+    face = active_face(context)
+    if face is None:
+        raise InputError(translation.text("Select a face that Sketch to Face made"))
+    return face
+
+
 def trouble(face: bpy.types.Object) -> str:
     """Why this face cannot be posed, in one sentence; empty if it can."""
     try:
@@ -50,7 +65,7 @@ def trouble(face: bpy.types.Object) -> str:
     return ""
 
 
-class OnFace:
+class OnFace(Mixin):
     """An operator that needs an active face."""
 
     @classmethod

@@ -92,128 +92,121 @@ class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
     by hand locks the action.
     """
 
-    __annotations__ = {
-        "probability": FloatProperty(
-            name="Probability",
-            description="How likely the drawing shows this action",
-            min=0.0,
-            max=1.0,
-            subtype="FACTOR",
-        ),
-        "read": FloatProperty(
-            name="As Read", description="How strong the action was read, 0 if it was not seen"
-        ),
-        "active": BoolProperty(
-            name="Accept",
-            description="Whether the face does this; a tick that you set or take away is kept when "
-            "the face is fitted again",
-            get=lambda self: worn(self) > 0,
-            set=lambda self, on: settle(self, (self.read or TYPICAL) if on else 0.0),
-        ),
-        "intensity": FloatProperty(
-            name="Intensity",
-            description="How strongly the face does this, 5 is fully natural; a value that you set "
-            "is kept when the face is fitted again",
-            min=0.0,
-            max=STRONGEST,
-            get=worn,
-            set=settle,
-        ),
-        "locked": BoolProperty(
-            name="Lock",
-            description="Keep this action as it is now when the face is fitted again",
-        ),
-    }
+    probability: FloatProperty(
+        name="Probability",
+        description="How likely the drawing shows this action",
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+    )
+    read: FloatProperty(
+        name="As Read", description="How strong the action was read, 0 if it was not seen"
+    )
+    active: BoolProperty(
+        name="Accept",
+        description="Whether the face does this; a tick that you set or take away is kept when "
+        "the face is fitted again",
+        get=lambda self: worn(self) > 0,
+        set=lambda self, on: settle(self, (self.read or TYPICAL) if on else 0.0),
+    )
+    intensity: FloatProperty(
+        name="Intensity",
+        description="How strongly the face does this, 5 is fully natural; a value that you set "
+        "is kept when the face is fitted again",
+        min=0.0,
+        max=STRONGEST,
+        get=worn,
+        set=settle,
+    )
+    locked: BoolProperty(
+        name="Lock",
+        description="Keep this action as it is now when the face is fitted again",
+    )
 
 
 class SKETCHTOFACE_PG_slider(bpy.types.PropertyGroup):
     """The value that a slider got from the sketch; `name` is the control's name or "Fitted"."""
 
-    __annotations__ = {"value": FloatProperty(name="Value", description="As the sketch has it")}
+    value: FloatProperty(name="Value", description="As the sketch has it")
 
 
 class SKETCHTOFACE_PG_pin(bpy.types.PropertyGroup):
     """A point of the face that the artist has put in its place; `name` is the landmark's name."""
 
-    __annotations__ = {
-        "place": FloatVectorProperty(
-            name="Place",
-            description="Where this point lies: pixels from the picture's left and top, or metres "
-            "in the plane of a Grease Pencil drawing",
-            size=2,
-            precision=3,
-        )
-    }
+    place: FloatVectorProperty(
+        name="Place",
+        description="Where this point lies: pixels from the picture's left and top, or metres "
+        "in the plane of a Grease Pencil drawing",
+        size=2,
+        precision=3,
+    )
 
 
-class SKETCHTOFACE_PG_face(bpy.types.PropertyGroup):
+class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
     """What a face object remembers of its sketch, and the sliders of who it is."""
 
-    __annotations__ = {
-        **sources.fields(),
-        "identity": PointerProperty(
-            name="Person", description="Who the face is", type=SKETCHTOFACE_PG_identity
-        ),
-        "number": IntProperty(
-            name="Number", description="Which of this file's sketches it was, counted from 1"
-        ),
-        "detections": CollectionProperty(
-            name="Detections",
-            description="The actions that were read from the sketch",
-            type=SKETCHTOFACE_PG_detection,
-        ),
-        "shown": IntProperty(
-            name="Action", description="The action whose buttons are shown below the list"
-        ),
-        "pins": CollectionProperty(
-            name="Pins",
-            description="The points of the face that were put in their place on the sketch",
-            type=SKETCHTOFACE_PG_pin,
-        ),
-        "expression": CollectionProperty(
-            name="Expression",
-            description="The sliders as the sketch has them",
-            type=SKETCHTOFACE_PG_slider,
-        ),
-        "head": FloatVectorProperty(
-            name="Head", description="How the drawn head is turned", subtype="EULER", size=3
-        ),
-        "neck": FloatVectorProperty(
-            name="Neck", description="How the drawn neck is turned", subtype="EULER", size=3
-        ),
-        "camera": FloatVectorProperty(
-            name="Camera",
-            description="Pixels of the sketch for a metre of the face, and where its pivot lies",
-            size=3,
-        ),
-        "turn": IntProperty(
-            name="Turn",
-            description="Quarter turns anticlockwise that stand the sketch upright",
-            min=0,
-            max=3,
-        ),
-        "page": FloatVectorProperty(
-            name="Page",
-            description="From pixels of the sketch to the places of pins, two rows",
-            size=6,
-            default=sources.SAME.ravel().tolist(),
-        ),
-        "contour_error_px": FloatVectorProperty(
-            name="Contour error",
-            description="Pixels between the sketch and the template, the expression, the fit",
-            size=3,
-        ),
-        "live": BoolProperty(
-            name="Live",
-            description="Watch the sketch, and fit this face again whenever it changes",
-        ),
-        "strokes": StringProperty(
-            name="Strokes", description="What became of strokes without a place when it was fitted"
-        ),
-        "mark": StringProperty(
-            name="Mark", description="The state of the sketch that this face was fitted to"
-        ),
-    }
+    identity: PointerProperty(
+        name="Person", description="Who the face is", type=SKETCHTOFACE_PG_identity
+    )
+    number: IntProperty(
+        name="Number", description="Which of this file's sketches it was, counted from 1"
+    )
+    detections: CollectionProperty(
+        name="Detections",
+        description="The actions that were read from the sketch",
+        type=SKETCHTOFACE_PG_detection,
+    )
+    shown: IntProperty(
+        name="Action", description="The action whose buttons are shown below the list"
+    )
+    pins: CollectionProperty(
+        name="Pins",
+        description="The points of the face that were put in their place on the sketch",
+        type=SKETCHTOFACE_PG_pin,
+    )
+    expression: CollectionProperty(
+        name="Expression",
+        description="The sliders as the sketch has them",
+        type=SKETCHTOFACE_PG_slider,
+    )
+    head: FloatVectorProperty(
+        name="Head", description="How the drawn head is turned", subtype="EULER", size=3
+    )
+    neck: FloatVectorProperty(
+        name="Neck", description="How the drawn neck is turned", subtype="EULER", size=3
+    )
+    camera: FloatVectorProperty(
+        name="Camera",
+        description="Pixels of the sketch for a metre of the face, and where its pivot lies",
+        size=3,
+    )
+    turn: IntProperty(
+        name="Turn",
+        description="Quarter turns anticlockwise that stand the sketch upright",
+        min=0,
+        max=3,
+    )
+    page: FloatVectorProperty(
+        name="Page",
+        description="From pixels of the sketch to the places of pins, two rows",
+        size=6,
+        default=sources.SAME.ravel().tolist(),
+    )
+    contour_error_px: FloatVectorProperty(
+        name="Contour error",
+        description="Pixels between the sketch and the template, the expression, the fit",
+        size=3,
+    )
+    live: BoolProperty(
+        name="Live",
+        description="Watch the sketch, and fit this face again whenever it changes",
+    )
+    strokes: StringProperty(
+        name="Strokes", description="What became of strokes without a place when it was fitted"
+    )
+    mark: StringProperty(
+        name="Mark", description="The state of the sketch that this face was fitted to"
+    )
 
 
 def settled(face) -> dict[str, float]:
@@ -297,7 +290,8 @@ CLASSES = (
     SKETCHTOFACE_PG_face,
 )
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
-for _class in CLASSES:  # or a library override of a face could not set them, and would forget them
+# Or a library override of a face could not set them, and would forget them.
+for _class in (sources.SketchChoice, *CLASSES):
     for _property in _class.__annotations__.values():
         lists = {"USE_INSERTION"} if _property.function is CollectionProperty else set()
         _property.keywords["override"] = OVERRIDABLE | lists

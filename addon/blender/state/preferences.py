@@ -26,29 +26,27 @@ class SKETCHTOFACE_AP_preferences(bpy.types.AddonPreferences):
     """Edit > Preferences > Add-ons > Sketch to Face."""
 
     bl_idname = ADDON
-    __annotations__ = {
-        "quality": EnumProperty(
-            name="Quality",
-            description="How far a fit goes, for the button and for live faces alike",
-            items=[
-                ("FULL", "Full", "The lines of the face are brought onto the drawn ones"),
-                ("QUICK", "Quick", "Person and expression alone: smoother, and a third faster"),
-            ],
-        ),
-        "threads": IntProperty(
-            name="Threads",
-            description="Processor cores that reading a sketch may use; 0 for as many as pay",
-            min=0,
-            max=64,
-        ),
-        "folder": StringProperty(
-            name="Files Go To",
-            description="Where the file browser begins when you save or export; empty for the "
-            "folder of your .blend file",
-            subtype="DIR_PATH",
-            options=RELATIVE,
-        ),
-    }
+    quality: EnumProperty(
+        name="Quality",
+        description="How far a fit goes, for the button and for live faces alike",
+        items=[
+            ("FULL", "Full", "The lines of the face are brought onto the drawn ones"),
+            ("QUICK", "Quick", "Person and expression alone: smoother, and a third faster"),
+        ],
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="Processor cores that reading a sketch may use; 0 for as many as pay",
+        min=0,
+        max=64,
+    )
+    folder: StringProperty(
+        name="Files Go To",
+        description="Where the file browser begins when you save or export; empty for the "
+        "folder of your .blend file",
+        subtype="DIR_PATH",
+        options=RELATIVE,
+    )
 
     def draw(self, context):
         """The settings, then where help is."""

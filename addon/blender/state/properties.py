@@ -66,89 +66,86 @@ def tweakables(group) -> Tweakables:
     return Tweakables(**{name: _six_digits(getattr(group, name)) for name in names})
 
 
-class SKETCHTOFACE_PG_scene(bpy.types.PropertyGroup):
+class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
     """The settings of the tab, kept in the scene."""
 
-    __annotations__ = {
-        **sources.fields(),
-        "place_head": BoolProperty(
-            name="Place the Head by Hand",
-            description="Say where the head is in the sketch instead of letting it be found",
-        ),
-        "head_box": IntVectorProperty(
-            name="Head",
-            description="Box around the head, from crown to chin and ear to ear, in pixels of the "
-            "sketch: left, top, right, bottom",
-            size=4,
-            min=0,
-        ),
-        "method": EnumProperty(
-            name="Method",
-            description="How the face is brought to the drawing",
-            items=[
-                ("lines", "By Lines", "Person and expression first, then its lines onto the drawn"),
-                ("shape", "Person Only", "Person and expression; the skin stays smooth. Quickest"),
-                ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
-            ],
-        ),
-        "tweakables": PointerProperty(
-            name="Tweakables",
-            description="How the lines of the drawing pull the face",
-            type=SKETCHTOFACE_PG_tweakables,
-        ),
-        "strokes": EnumProperty(
-            name="Strokes Without a Place",
-            description="What becomes of drawn lines that the face does not have, such as scars",
-            items=[
-                ("ignore", "Ignore", "Leave them out"),
-                ("engrave", "Engrave", "Carve them into the skin"),
-                ("emboss", "Emboss", "Raise them from the skin"),
-            ],
-        ),
-        "stroke_profile": EnumProperty(
-            name="Profile",
-            description="The cut across a carved stroke",
-            items=[
-                ("crease", "Crease", "A groove between low rims"),
-                ("scar", "Scar", "A groove between high rims"),
-            ],
-        ),
-        "stroke_depth": FloatProperty(
-            name="Depth",
-            description="How deep a stroke is carved, or how high it is raised (in mm)",
-            default=1.2,
-            min=0.1,
-            max=1000 * DEEPEST,
-        ),
-        "stroke_width": FloatProperty(
-            name="Width",
-            description="How wide a carved stroke is; wider where the mesh is coarse (in mm)",
-            default=4.0,
-            min=0.5,
-            max=1000 * WIDEST,
-        ),
-        "storyboard": StringProperty(
-            name="Storyboard",
-            description="The folder of sketches that become key poses, in the order of their names",
-            subtype="DIR_PATH",
-            options=preferences.RELATIVE,
-        ),
-        "storyboard_every": IntProperty(
-            name="Frames Apart",
-            description="From one sketch's key pose to the next",
-            default=EVERY,
-            min=1,
-        ),
-        "overlay": BoolProperty(
-            name="Overlay",
-            description="Show the lines of the sketch and of the active face over each other, in "
-            "the front view",
-        ),
-        "one_sided": BoolProperty(
-            name="One-Sided",
-            description="Show the sliders of the face's right and left under those of both",
-        ),
-    }
+    place_head: BoolProperty(
+        name="Place the Head by Hand",
+        description="Say where the head is in the sketch instead of letting it be found",
+    )
+    head_box: IntVectorProperty(
+        name="Head",
+        description="Box around the head, from crown to chin and ear to ear, in pixels of the "
+        "sketch: left, top, right, bottom",
+        size=4,
+        min=0,
+    )
+    method: EnumProperty(
+        name="Method",
+        description="How the face is brought to the drawing",
+        items=[
+            ("lines", "By Lines", "Person and expression first, then its lines onto the drawn"),
+            ("shape", "Person Only", "Person and expression; the skin stays smooth. Quickest"),
+            ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
+        ],
+    )
+    tweakables: PointerProperty(
+        name="Tweakables",
+        description="How the lines of the drawing pull the face",
+        type=SKETCHTOFACE_PG_tweakables,
+    )
+    strokes: EnumProperty(
+        name="Strokes Without a Place",
+        description="What becomes of drawn lines that the face does not have, such as scars",
+        items=[
+            ("ignore", "Ignore", "Leave them out"),
+            ("engrave", "Engrave", "Carve them into the skin"),
+            ("emboss", "Emboss", "Raise them from the skin"),
+        ],
+    )
+    stroke_profile: EnumProperty(
+        name="Profile",
+        description="The cut across a carved stroke",
+        items=[
+            ("crease", "Crease", "A groove between low rims"),
+            ("scar", "Scar", "A groove between high rims"),
+        ],
+    )
+    stroke_depth: FloatProperty(
+        name="Depth",
+        description="How deep a stroke is carved, or how high it is raised (in mm)",
+        default=1.2,
+        min=0.1,
+        max=1000 * DEEPEST,
+    )
+    stroke_width: FloatProperty(
+        name="Width",
+        description="How wide a carved stroke is; wider where the mesh is coarse (in mm)",
+        default=4.0,
+        min=0.5,
+        max=1000 * WIDEST,
+    )
+    storyboard: StringProperty(
+        name="Storyboard",
+        description="The folder of sketches that become key poses, in the order of their names",
+        subtype="DIR_PATH",
+        options=preferences.RELATIVE,
+    )
+    storyboard_every: IntProperty(
+        name="Frames Apart",
+        description="From one sketch's key pose to the next",
+        default=EVERY,
+        min=1,
+    )
+    overlay: BoolProperty(
+        name="Overlay",
+        description="Show the lines of the sketch and of the active face over each other, in "
+        "the front view",
+    )
+    one_sided: BoolProperty(
+        name="One-Sided",
+        description="Show the sliders of the face's right and left under those of both",
+    )
 
 
 FIT_SETTINGS = ("method", "strokes", "stroke_profile", "stroke_depth", "stroke_width")

@@ -1,7 +1,5 @@
 """Where a sketch comes from: a file, an image in Blender, or strokes drawn in the 3D view."""
 
-from __future__ import annotations
-
 import os
 import re
 import zlib
@@ -41,43 +39,45 @@ class Source:
 
     name: str
     mark: str
-    load: Callable[[], tuple[Drawing, NDArray[np.float64]]]
+    load: Callable[[], tuple["Drawing", NDArray[np.float64]]]
 
 
 SAME = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def fields() -> dict:
+class SketchChoice:
     """The properties that say which sketch is meant, for the scene and for each face."""
-    return {
-        "sketch_kind": EnumProperty(
-            name="Sketch From",
-            description="Where the drawing is",
-            **translation.OWN_CONTEXT,
-            items=[
-                ("FILE", "File", "A picture on the disk: a scan, a photo of paper, an export",
-                 "FILE_IMAGE", 0),
-                ("IMAGE", "Image", "An image in this file, as you paint it in Blender",
-                 "IMAGE_DATA", 1),
-                ("PENCIL", "Pencil", "What you draw with Grease Pencil in the 3D view",
-                 "GREASEPENCIL", 2),
-            ],
-        ),
-        "sketch": StringProperty(
-            name="Sketch",
-            description="The drawing of a face: PNG, JPEG or whatever your scanner writes",
-            subtype="FILE_PATH",
-            options=RELATIVE,
-        ),
-        "sketch_image": PointerProperty(
-            name="Image", description="An image in this file that shows a drawn face",
-            type=bpy.types.Image,
-        ),
-        "sketch_pencil": PointerProperty(
-            name="Grease Pencil", description="The Grease Pencil object that the face is drawn in",
-            type=bpy.types.Object, poll=lambda _settings, candidate: candidate.type in PENCILS,
-        ),
-    }  # fmt: skip
+
+    sketch_kind: EnumProperty(
+        name="Sketch From",
+        description="Where the drawing is",
+        **translation.OWN_CONTEXT,
+        items=[
+            ("FILE", "File", "A picture on the disk: a scan, a photo of paper, an export",
+             "FILE_IMAGE", 0),
+            ("IMAGE", "Image", "An image in this file, as you paint it in Blender",
+             "IMAGE_DATA", 1),
+            ("PENCIL", "Pencil", "What you draw with Grease Pencil in the 3D view",
+             "GREASEPENCIL", 2),
+        ],
+    )  # fmt: skip
+    sketch: StringProperty(
+        name="Sketch",
+        description="The drawing of a face: PNG, JPEG or whatever your scanner writes",
+        subtype="FILE_PATH",
+        options=RELATIVE,
+    )
+    sketch_image: PointerProperty(
+        name="Image",
+        description="An image in this file that shows a drawn face",
+        type=bpy.types.Image,
+    )
+    sketch_pencil: PointerProperty(
+        name="Grease Pencil",
+        description="The Grease Pencil object that the face is drawn in",
+        type=bpy.types.Object,
+        poll=lambda _settings, candidate: candidate.type in PENCILS,
+    )
 
 
 def copy(giver, taker) -> None:
@@ -203,7 +203,7 @@ def _image(holder) -> Source:
 
         return Drawing.of(np.clip(rows, 0, 1), f"The image '{name}'"), SAME
 
-    return Source(Path(name).stem, f"{name} {width} {height} {zlib.crc32(pixels)}", load)
+    return Source(Path(name).stem, f"{name} {width} {height} {zlib.crc32(pixels.data)}", load)
 
 
 def _pencil(holder) -> Source:
@@ -245,11 +245,13 @@ def place_beside(context, holder) -> tuple[float, float, float]:
         return tuple(context.scene.cursor.location)
     points = np.concatenate(drawn)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    x, y, z = float(high[0]) + wide, *((low + high) / 2)[1:].tolist()
-    return (x, y, z)
+    _, y, z = ((low + high) / 2).tolist()
+    return (float(high[0]) + wide, y, z)
 
 
-def strokes_of(pencil: bpy.types.Object) -> list[tuple[NDArray, NDArray]]:
+def strokes_of(
+    pencil: bpy.types.Object,
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Every visible stroke of the current frame: (k, 3) points and (k,) radii, metres, world."""
     read = _strokes_of_curves if pencil.type == "GREASEPENCIL" else _strokes_of_points
     matrix = np.array(pencil.matrix_world)

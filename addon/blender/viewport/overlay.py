@@ -88,7 +88,7 @@ def look(context, face: bpy.types.Object) -> FaceLines:
     mesh = face.evaluated_get(context.evaluated_depsgraph_get()).data
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", flat)
-    key = zlib.crc32(flat)
+    key = zlib.crc32(flat.data)
     if shown.task is None and key != shown.key and len(mesh.vertices) == len(face.data.vertices):
         shown.wanted, shown.task = key, BackgroundTask(_finder(flat.reshape(-1, 3)))
         if not bpy.app.timers.is_registered(_again):
@@ -118,8 +118,8 @@ def _finder(vertices: NDArray):
 
 def _again() -> float | None:
     """Draw the views anew once the lines are found."""
-    waiting = [shown for shown in session.face_lines.values() if shown.task is not None]
-    if any(shown.task.done.is_set() for shown in waiting):
+    waiting = [shown.task for shown in session.face_lines.values() if shown.task is not None]
+    if any(task.done.is_set() for task in waiting):
         redraw(bpy.context, {"WINDOW"})
         return None
     return AGAIN if waiting else None
