@@ -58,6 +58,8 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
     stand = STANDS[cut] * artist.volume * (sides + (1 - sides) * top) * sitter.unit
     if cut == "afro":
         stand = STANDS[cut] * artist.volume * sitter.unit * (0.7 + 0.3 * top) + 0.05 * sitter.unit
+    if artist.hat not in ("none", "band"):
+        stand = 0.15 * stand  # pressed down
     outer = np.maximum(head, face) + stand + 0.015 * sitter.unit
     inner = np.minimum(face, head)
     if cut == "receding":
@@ -69,6 +71,12 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
     ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
     inner_line, outer_line = (centre + r[:, None] * ways for r in (inner, outer))
     if cut in LONG:
+        # It hangs straight down from where it is widest.
+        x, y = sitter.local(outer_line).T
+        half = STEPS // 2
+        x[half:] = np.maximum.accumulate(x[half:])
+        x[:half] = np.minimum.accumulate(x[:half][::-1])[::-1]
+        outer_line = sitter.at(x, y)
         falls = _falls(sitter, artist, inner_line, outer_line, rng)
         hang = rng.uniform(0.03, 0.16) * sitter.unit
         tips = tuple(_tips(sitter, fall, hang, rng) for fall in falls)

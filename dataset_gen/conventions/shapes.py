@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,14 +12,20 @@ Points = NDArray[np.float64]
 
 def smooth(points: NDArray, count: int = 24, closed: bool = False) -> Points:
     """`count` points of a Catmull-Rom spline through points (k, 2)."""
-    points = np.asarray(points, float)
+    return _spline(len(points), count, closed) @ np.asarray(points, float)
+
+
+@lru_cache(maxsize=512)
+def _spline(size: int, count: int, closed: bool) -> NDArray[np.float64]:
+    """(count, size) what each point of a spline takes of the points that it goes through."""
+    points = np.eye(size)
     if closed:
         knots = np.concatenate([points[-1:], points, points[:2]])
-        t = np.linspace(0, len(points), count)
+        t = np.linspace(0, size, count)
     else:
         first, last = 2 * points[0] - points[1], 2 * points[-1] - points[-2]
         knots = np.concatenate([first[None], points, last[None]])
-        t = np.linspace(0, len(points) - 1, count)
+        t = np.linspace(0, size - 1, count)
     k = np.minimum(t.astype(int), len(knots) - 4)
     f = (t - k)[:, None]
     a, b, c, d = (knots[k + j] for j in range(4))
