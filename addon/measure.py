@@ -23,7 +23,7 @@ from snakes import (
     head_box,
     unmatched_lines,
 )
-from snakes.face_lines import EVERY, INNER
+from snakes.model_lines import EVERY, INNER
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
 Box = tuple[float, float, float, float]

@@ -12,12 +12,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
+from .coarse import coarse_rig
 from .common.errors import InputError
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .curves import read_curves
 from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
+from .moves import compressed, dense
 from .parameters import FaceParameters, intensities
 from .posing import blended, refine_many, row_blocks, spanning, turned, with_creases
 from .rotation import rotation
@@ -58,14 +60,12 @@ class FaceRig:
         self.polygon_starts: NDArray[np.int32] = arrays["polygon_starts"]
         self.triangles = triangulate(self.polygon_vertices, self.polygon_starts)
         self.vertex_part: NDArray[np.uint8] = arrays["vertex_part"]
-        self.triangle_part = self.vertex_part[self.triangles[:, 0]]
-        self.parts = {name: self.vertex_part == k for k, name in enumerate(PART_NAMES)}
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
-        self._identity = _dense(arrays, "identity", len(self._base))
+        self._identity = dense(arrays, "identity", len(self._base))
         # Controls and helpers move the cage, creases the skin itself.
-        self._cage_keys = _dense(arrays, "cage_keys", len(self._base))
-        self._crease_at, self._creases = _compressed(arrays, "creases")
+        self._cage_keys = dense(arrays, "cage_keys", len(self._base))
+        self._crease_at, self._creases = compressed(arrays, "creases")
         self.keys = tuple(
             Key(str(name), str(text))
             for name, text in zip(arrays["key_names"], arrays["key_expressions"], strict=True)
@@ -73,7 +73,19 @@ class FaceRig:
         self._values = compile_keys(self.keys[len(CONTROL_NAMES) :])
         self._lid_rest = arrays["lid_rest"]
         self._arkit = (arrays, "arkit")
-        self.weights: NDArray[np.float32] = arrays["weights"]
+        self.place(arrays["weights"])
+        self.curves = read_curves(arrays)
+        self.strokes = {
+            name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
+            for name in arrays
+            if name.startswith("stroke_") and name.endswith("_vertices")
+        }
+
+    def place(self, weights: NDArray[np.float32]) -> None:
+        """What follows from the refinement, the parts and the weights (n, 2) of the vertices."""
+        self.weights = weights
+        self.triangle_part = self.vertex_part[self.triangles[:, 0]]
+        self.parts = {name: self.vertex_part == k for k, name in enumerate(PART_NAMES)}
         self._fine = with_creases(self._matrix, self._crease_at)
         self._blocks = row_blocks(self._fine)
         self._blended = np.flatnonzero((self.weights < 1).any(axis=1))
@@ -83,17 +95,16 @@ class FaceRig:
                       "eye_right": np.flatnonzero(eyes & (x <= 0))}  # fmt: skip
         self._eye_rows = {eye: self._matrix[at] for eye, at in self._eyes.items()}
         self._blended_rows = self._matrix[self._blended]
-        self.curves = read_curves(arrays)
-        self.strokes = {
-            name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
-            for name in arrays
-            if name.startswith("stroke_") and name.endswith("_vertices")
-        }
 
     @cached_property
     def corners(self) -> sp.csr_matrix:
         """(n, t) sparse sums of triangles at vertices, for normals of many poses."""
         return corner_matrix(self.triangles, self.n_vertices)
+
+    @cached_property
+    def coarse(self) -> FaceRig:
+        """This face with about a quarter of its triangles (see facs_rig.coarse)."""
+        return coarse_rig(self)
 
     # --- identity ---
 
@@ -102,8 +113,20 @@ class FaceRig:
         return self._base + (weights @ self._identity).reshape(-1, 3)
 
     def neutral(self, identity: Mapping[str, float] | None = None) -> NDArray[np.float32]:
-        """(n, 3) the face without expression, head upright. InputError for unknown names."""
-        cage = self._cage(identity or {})
+        """(n, 3) the face without expression, head upright. InputError for unknown names.
+
+        That of nobody in particular is worked out once and cannot be written to.
+        """
+        return self._neutral_of(identity) if identity else self._upright
+
+    @cached_property
+    def _upright(self) -> NDArray[np.float32]:
+        vertices = self._neutral_of({})
+        vertices.flags.writeable = False
+        return vertices
+
+    def _neutral_of(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        cage = self._cage(identity)
         return (self._matrix @ cage[: self._m]) - cage[self._m]
 
     def joints(self, identity: Mapping[str, float] | None = None) -> dict[str, NDArray]:
@@ -200,7 +223,7 @@ class FaceRig:
     @cached_property
     def arkit_deltas(self) -> NDArray[np.float32]:
         """(52, n, 3) movement in metres of each of controls.ARKIT_NAMES at 1."""
-        cage = _dense(*self._arkit, len(self._base))
+        cage = dense(*self._arkit, len(self._base))
         return self._refined(cage.reshape(len(cage), -1, 3)[:, : self._m])
 
     def _refined(self, cages: NDArray) -> NDArray[np.float32]:
@@ -362,22 +385,6 @@ class FaceRig:
         """(k, 3) points of a surface stroke (see `strokes`) on posed vertices."""
         index, weight = self.strokes[name]
         return np.einsum("kc,kcd->kd", weight, vertices[index])
-
-
-def _dense(arrays: Mapping[str, NDArray], name: str, n: int) -> NDArray[np.float32]:
-    """(rows, 3n) from a list of moved vertices and their displacements."""
-    index, delta, starts = (arrays[f"{name}_{k}"] for k in ("index", "delta", "starts"))
-    out = np.zeros((len(starts) - 1, n, 3), dtype=np.float32)
-    out[np.repeat(np.arange(len(out)), np.diff(starts)), index] = delta
-    return out.reshape(len(out), -1)
-
-
-def _compressed(
-    arrays: Mapping[str, NDArray], name: str
-) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
-    """Vertices (u,) that any row moves, and the rows' displacements of these (rows, 3u)."""
-    used, at = np.unique(arrays[f"{name}_index"], return_inverse=True)
-    return used, _dense({**arrays, f"{name}_index": at}, name, len(used))
 
 
 @lru_cache(maxsize=1)

@@ -1,10 +1,10 @@
 from .alignment import align, align_box, align_landmarks, ink_box, parse_box
 from .contours import head_box
 from .engraving import engrave
-from .face_lines import face_contours, face_lines
 from .fit import Fit, fit_offsets
 from .line_fit import LineFit, fit_lines, unmatched_lines
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, polylines
+from .model_lines import face_contours, face_lines
 from .shape import Evidence, PinsApart
 from .strokes import carvable
 from .tweakables import (

@@ -47,15 +47,16 @@ def align(
     usable or when there is no ink.
     """
     height, width = drawing.shape
+    known = [name for name in (landmarks or {}) if name in LANDMARKS]
+    if box is None and landmarks is not None and len(known) >= 3:
+        points = np.array([landmarks[name] for name in known], dtype=np.float64)
+        coarse = rig.coarse  # which has the same landmarks
+        model = coarse.pose(parameters)[[_vertex(coarse, name) for name in known]]
+        return align_landmarks(points, model, (width, height))
     vertices = rig.pose(parameters)
     if box is not None:
         wanted = parse_box(box) if isinstance(box, str) else parse_box(",".join(map(str, box)))
         return align_box(wanted, vertices[head_mask(rig, vertices)], (width, height))
-    known = [name for name in (landmarks or {}) if name in LANDMARKS]
-    if landmarks is not None and len(known) >= 3:
-        points = np.array([landmarks[name] for name in known], dtype=np.float64)
-        model = vertices[[_vertex(rig, name) for name in known]]
-        return align_landmarks(points, model, (width, height))
     wanted = ink_box(drawing)
     # A sketch may or may not show the neck: take what has the more similar proportions.
     skin = rig.parts["skin"]

@@ -17,8 +17,8 @@ from facs_rig.common.polylines import line_length
 
 from .contours import Box, head_box
 from .deltas import runs
-from .face_lines import face_contours
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
+from .model_lines import face_contours
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -83,7 +83,8 @@ def fit_lines(
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
     laps.append(time.perf_counter())
-    parameters, camera = fit_shape(drawn, rig, parameters, camera, evidence)
+    # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
+    parameters, camera = fit_shape(drawn, rig.coarse, parameters, camera, evidence)
     laps.append(time.perf_counter())
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:

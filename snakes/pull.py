@@ -131,7 +131,8 @@ def pull_skin(
     corners = rig.triangles[model.triangle[asked]]
     pinned = rig.landmarks[[LANDMARKS.index(name) for name in pins]]
     off = np.array(list(pins.values())).reshape(-1, 2)
-    off = off - camera.project(rig.pose(parameters)[pinned])
+    if pins:
+        off = off - camera.project(rig.pose(parameters)[pinned])
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
     # Pixels run down, metres up. A pin is known in both directions, a line across itself alone.
     field = smooth_field(

@@ -23,8 +23,8 @@ from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, IDENTITY, target_weights
 from facs_rig.rotation import rotation
 
-from .face_lines import face_contours
 from .lines import HEAD, Lines, nearest_lines
+from .model_lines import face_contours
 
 __all__ = ["Evidence", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
 

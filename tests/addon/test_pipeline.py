@@ -91,7 +91,7 @@ def test_what_is_only_said_of_a_fit_is_worked_out_when_it_is_asked_for(monkeypat
     error = face.contour_error_px
     known = face.timings_s
     assert known["measure"] > asked
-    monkeypatch.setattr("snakes.face_lines.draw_strokes", None)  # and only once
+    monkeypatch.setattr("snakes.model_lines.draw_strokes", None)  # and only once
     assert face.contour_error_px == error and len(face.unmatched) == len(lost)
     assert face.timings_s == known
 

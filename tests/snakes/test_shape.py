@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
-from snakes.face_lines import face_lines
 from snakes.lines import Lines
+from snakes.model_lines import face_lines
 from snakes.shape import Evidence, fit_shape, skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
