@@ -273,5 +273,10 @@ def sample_artist(
 
 
 def _lot(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
-    share = np.array(list(odds.values()), float)
-    return str(rng.choice(list(odds), p=share / share.sum()))
+    """One of the names, by its odds."""
+    left = rng.random() * sum(odds.values())
+    for name, share in odds.items():
+        left -= share
+        if left < 0:
+            return name
+    return name  # rounding left a last bit over

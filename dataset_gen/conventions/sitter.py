@@ -178,16 +178,15 @@ def _around(points: NDArray, count: int = 30) -> Points:
 def _neck(points: NDArray, frame: Frame) -> Points:
     """(2, k, 2) the neck's sides in the picture, from the top downward."""
     x, y = ((points - frame.origin) / frame.unit @ np.stack([frame.right, frame.down]).T).T
-    rows = np.linspace(np.quantile(y, 0.1), NECK, 7)
+    rows = np.linspace(np.partition(y, len(y) // 10)[len(y) // 10], NECK, 7)
     near = np.abs(y[None, :] - rows[:, None]) < 0.12
-    low, high = (
-        np.array([pick(x[own]) if own.any() else pick(x) for own in near])
-        for pick in (np.min, np.max)
-    )
+    near[~near.any(axis=1)] = True
+    low, high = np.where(near, x, np.inf).min(axis=1), np.where(near, x, -np.inf).max(axis=1)
     # Where the skin ends it runs out to the shoulders: the neck is as wide as it is narrowest.
     half = NARROW * float(np.min(high - low)) / 2 * (1 + 0.15 * np.linspace(-0.6, 1, 7) ** 2)
-    lean = np.polyfit(rows, (low + high) / 2, 1)
-    middle = np.polyval(lean, rows)
+    middle = (low + high) / 2
+    top, foot = middle[:3].mean(), middle[-3:].mean()
+    middle = top + (foot - top) * np.linspace(-0.25, 1.25, 7)
     return np.stack([
         frame.origin
         + frame.unit * ((middle + side * half)[:, None] * frame.right + rows[:, None] * frame.down)
