@@ -66,7 +66,7 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
         inner = inner * (1 + 0.28 * np.exp(-((np.abs(angle) - 0.45) ** 2) / 0.07))
         inner = np.minimum(inner, outer - 0.02 * sitter.unit)
     elif cut in LONG:  # it hangs over the temples, more to one side of the parting
-        over = rng.uniform(0, [0.2, 0.2])[(angle > 0.6 * artist.parting).astype(int)]
+        over = (rng.uniform(0, 0.2, 2) * _roomy(sitter))[(angle > 0.6 * artist.parting).astype(int)]
         inner = inner * (1 - over * np.clip(np.abs(angle - 0.6 * artist.parting), 0, 1))
     ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
     inner_line, outer_line = (centre + r[:, None] * ways for r in (inner, outer))
@@ -96,6 +96,12 @@ def _tips(
     return line + low[:, None] * sitter.down
 
 
+def _roomy(sitter: Sitter) -> NDArray[np.float64]:
+    """(2,) how much of the cheek at the picture's left and right hair may hide: none far away."""
+    far = np.array([-sitter.turn, sitter.turn])
+    return np.clip(1 - 3 * far, 0, 1)
+
+
 def _radius(line: Points, centre: Points, rays: NDArray) -> NDArray:
     return np.interp(rays, np.arange(RAYS + 1), np.linalg.norm(
         np.concatenate([line, line[:1]]) - centre, axis=1), period=RAYS)  # fmt: skip
@@ -112,7 +118,7 @@ def _falls(
         (ix, iy), (ox, oy) = (sitter.local(line[k]) * [side, 1] for line in (inner, outer))
         ox = max(ox, ix + 0.1)
         end = max(artist.reach + rng.normal(0, 0.05), iy + 0.4)
-        jaw = min(ix, 0.68) - rng.uniform(0, 0.08)
+        jaw = min(ix, 0.68) - rng.uniform(0, 0.08) * _roomy(sitter)[k]
         outside = [(ox, oy), (ox + 0.35 * flare, oy + 0.2 * (end - oy)),
                    (ox + flare, oy + 0.65 * (end - oy)), (ox + flare + curl, end)]  # fmt: skip
         inside = [(ix, iy), (jaw, iy + 0.45 * (min(end, 0.9) - iy)), (jaw + 0.02, min(end, 0.9)),
