@@ -29,7 +29,7 @@ from addon.detect_command import degrees
 from facs_rig.common.errors import InputError
 
 if TYPE_CHECKING:
-    pass
+    from dataclasses import Field
 
 # --- fit -----------------------------------------------------------------------------------------
 
@@ -93,7 +93,8 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
 def _stroke_arguments(parser: argparse.ArgumentParser) -> None:
     """What becomes of the strokes that have no place on the face."""
     from addon.pipeline import UNMATCHED, FitOptions
-    from snakes import DEEPEST, PROFILES, WIDEST
+    from facs_rig.common.settings import settings_of
+    from snakes import PROFILES
 
     group = parser.add_argument_group(
         "strokes without a place", "scars, and wrinkles where the face has none"
@@ -111,40 +112,41 @@ def _stroke_arguments(parser: argparse.ArgumentParser) -> None:
         default=FitOptions.stroke_profile,
         help=f"a crease has low rims, a scar high ones (default {FitOptions.stroke_profile})",
     )
-    for name, what, most in (("depth", "deep or high", DEEPEST), ("width", "wide", WIDEST)):
-        default = getattr(FitOptions, f"stroke_{name}")
-        group.add_argument(
-            f"--stroke-{name}",
-            type=float,
-            default=default,
-            metavar="MM",
-            help=f"how {what} they are (default {default:g} mm, at most {1000 * most:g})",
-        )
+    for name in ("stroke_depth", "stroke_width"):
+        _setting_argument(group, settings_of(FitOptions)[name])
 
 
 def _tweakable_arguments(parser: argparse.ArgumentParser) -> None:
-    """An option for every field of snakes.Tweakables, made from the field itself."""
-    from snakes import describe
+    """An option for every field of snakes.Tweakables."""
+    from facs_rig.common.settings import settings_of
+    from snakes import Tweakables
 
     group = parser.add_argument_group("tweakables", "how the lines pull the skin")
-    for name, kind, default, about in describe():
-        flag = "--" + name.replace("_", "-")
-        unit = f" {about['unit']}" if about["unit"] else ""
-        text = about["help"].replace("%", "%%")
-        if kind is bool:
-            group.add_argument(
-                flag, default=default, action=argparse.BooleanOptionalAction, help=text
-            )
-            continue
-        limits = "" if about["minimum"] is None else f", {about['minimum']:g}…{about['maximum']:g}"
+    for item in settings_of(Tweakables).values():
+        _setting_argument(group, item)
+
+
+def _setting_argument(group: argparse._ArgumentGroup, item: Field[Any]) -> None:
+    """An option for a setting, made from the field itself."""
+    flag, about, kind = "--" + item.name.replace("_", "-"), item.metadata, type(item.default)
+    text = about["help"].replace("%", "%%")
+    if kind is bool:
         group.add_argument(
-            flag,
-            type=kind,
-            default=default,
-            choices=about["choices"],
-            metavar=None if about["choices"] else {int: "N", float: "X"}.get(kind, "TEXT"),
-            help=f"{text} (default {default}{unit}{limits})",
+            flag, default=item.default, action=argparse.BooleanOptionalAction, help=text
         )
+        return
+    unit = f" {about['unit']}" if about["unit"] else ""
+    limits = f", at most {about['maximum']:g}" if about["above"] is not None else ""
+    if about["minimum"] is not None:
+        limits = f", {about['minimum']:g}…{about['maximum']:g}"
+    group.add_argument(
+        flag,
+        type=kind,
+        default=item.default,
+        choices=about["choices"],
+        metavar=None if about["choices"] else {int: "N", float: "X"}.get(kind, "TEXT"),
+        help=f"{text} (default {item.default}{unit}{limits})",
+    )
 
 
 def fit(options: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, MAX_INTENSITY
 from facs_rig.common.errors import InputError
+from facs_rig.common.settings import check_settings, setting
 from facs_rig.parameters import nearest
 from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
 
@@ -31,33 +32,35 @@ class FitOptions:
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
     which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
 
-    Raises ValueError, one sentence, for a value that cannot be used.
+    Raises InputError, one sentence, for a value that cannot be used.
     """
 
     tweakables: Tweakables = field(default_factory=Tweakables)
     align: str | None = None
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     expression: Mapping[str, float] = field(default_factory=dict)
-    method: str = "lines"
-    strokes: str = "ignore"
-    stroke_depth: float = 1.2
-    stroke_width: float = 4.0
-    stroke_profile: str = "crease"
+    method: str = setting("lines", "The method", choices=METHODS)
+    strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
+    stroke_depth: float = setting(
+        1.2,
+        "Depth",
+        "How deep a stroke is carved, or how high it is raised",
+        "mm",
+        above=0.0,
+        maximum=1000 * DEEPEST,
+    )
+    stroke_width: float = setting(
+        4.0,
+        "Width",
+        "How wide a carved stroke is; wider where the mesh is coarse",
+        "mm",
+        above=0.0,
+        maximum=1000 * WIDEST,
+    )
+    stroke_profile: str = setting("crease", "The stroke profile", choices=tuple(PROFILES))
 
     def __post_init__(self) -> None:
-        for what, value, choices in (
-            ("The method", self.method, METHODS),
-            ("Unmatched strokes (strokes)", self.strokes, UNMATCHED),
-            ("The stroke profile (stroke_profile)", self.stroke_profile, tuple(PROFILES)),
-        ):
-            if value not in choices:
-                raise InputError(f"{what} can be {', '.join(choices)}, not {value!r}.")
-        for what, length, most in (
-            ("The stroke depth (stroke_depth)", self.stroke_depth, 1000 * DEEPEST),
-            ("The stroke width (stroke_width)", self.stroke_width, 1000 * WIDEST),
-        ):
-            if not 0 < length <= most:
-                raise InputError(f"{what} is more than 0 and at most {most:g} mm, not {length:g}.")
+        check_settings(self)
         for name, place in self.pins.items():
             if name not in LANDMARKS:
                 hint = nearest(name, LANDMARKS) or "."

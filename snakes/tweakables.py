@@ -6,12 +6,12 @@ properties of the panel are made from its fields and their metadata (see :func:`
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any
 
-from facs_rig.common.errors import InputError
+from facs_rig.common import settings
+from facs_rig.common.settings import check_settings, setting
 
 __all__ = [
     "CURVES", "DEEPEST", "LINE_TWEAKABLES", "PROFILES", "SNAKE_TYPES", "WIDEST", "WORKING_SIZE",
@@ -34,36 +34,15 @@ DEEPEST, WIDEST = 0.005, 0.02
 """Metres, the greatest depth and width of a carved stroke."""
 
 
-def _tweak(
-    default: Any,
-    label: str,
-    help: str,
-    unit: str = "",
-    minimum: float | None = None,
-    maximum: float | None = None,
-    choices: tuple[str, ...] | None = None,
-) -> Any:
-    metadata = {
-        "label": label,
-        "help": help,
-        "unit": unit,
-        "minimum": minimum,
-        "maximum": maximum,
-        "choices": choices,
-    }
-    return field(default=default, metadata=metadata)
-
-
 @dataclass(frozen=True)
 class Tweakables:
     """How a drawing pulls the face, in the thesis' terms (chapter 3, table of tweakable values).
 
-    Every field carries ``metadata`` with ``label``, ``help``, ``unit``, ``minimum``, ``maximum``
-    and ``choices``. Raises InputError with one sentence when a value is of the wrong type or
-    outside its range.
+    Every field is a `facs_rig.common.settings.setting`. Raises InputError with one sentence when a
+    value is of the wrong type or outside its range.
     """
 
-    gap_closing: int = _tweak(
+    gap_closing: int = setting(
         2,
         "Gap closing",
         "Side of the square that closes gaps in the drawn lines; 1 closes nothing",
@@ -71,7 +50,7 @@ class Tweakables:
         1,
         20,
     )
-    thinning_iterations: int = _tweak(
+    thinning_iterations: int = setting(
         1,
         "Thinning iterations",
         "How often a layer is peeled off the drawn lines; 0 leaves them as thick as they are",
@@ -79,13 +58,13 @@ class Tweakables:
         0,
         50,
     )
-    snake_type: str = _tweak(
+    snake_type: str = setting(
         "free",
         "Snake type",
         "What the ends of a snake do: move freely, stay where they were drawn, or meet",
         choices=SNAKE_TYPES,
     )
-    smoothness: float = _tweak(
+    smoothness: float = setting(
         1.0,
         "Snake smoothness",
         "Higher values give smoother snakes that capture fewer details",
@@ -93,7 +72,7 @@ class Tweakables:
         0.0,
         1000.0,
     )
-    time_stepping: float = _tweak(
+    time_stepping: float = setting(
         2.0,
         "Snake time stepping",
         "Inertia of a snake: higher values make it move in smaller steps",
@@ -101,7 +80,7 @@ class Tweakables:
         0.01,
         1000.0,
     )
-    max_step: float = _tweak(
+    max_step: float = setting(
         1.0,
         "Snake max step",
         "Farthest that a snake moves in one iteration; lower values such as 0.3 can fit better",
@@ -109,7 +88,7 @@ class Tweakables:
         0.01,
         10.0,
     )
-    max_iterations: int = _tweak(
+    max_iterations: int = setting(
         3000,
         "Snake max iterations",
         "A snake that has not come to rest after this many iterations is taken as it is",
@@ -117,7 +96,7 @@ class Tweakables:
         1,
         100_000,
     )
-    convergence: float = _tweak(
+    convergence: float = setting(
         0.1,
         "Snake convergence",
         "A snake rests once no point moves farther than this; at 1.0 it hardly moves",
@@ -125,7 +104,7 @@ class Tweakables:
         0.0001,
         10.0,
     )
-    brightness_weight: float = _tweak(
+    brightness_weight: float = setting(
         -5.0,
         "Snake brightness weight",
         "Negative values push a snake to dark places of the render, positive ones to bright places",
@@ -133,7 +112,7 @@ class Tweakables:
         -100.0,
         100.0,
     )
-    edge_weight: float = _tweak(
+    edge_weight: float = setting(
         1.0,
         "Snake edge weight",
         "Positive values push a snake to edges of the render, negative ones away from them",
@@ -141,7 +120,7 @@ class Tweakables:
         -100.0,
         100.0,
     )
-    max_delta: float = _tweak(
+    max_delta: float = setting(
         15.0,
         "Max delta",
         "A snake point that moved farther than this did not find its line and is left out",
@@ -149,7 +128,7 @@ class Tweakables:
         0.1,
         200.0,
     )
-    low_depth_preference: float = _tweak(
+    low_depth_preference: float = setting(
         0.0,
         "Low depth preference",
         "0 moves the vertex nearest to a pixel, 1 the one nearest to the viewer around it",
@@ -157,7 +136,7 @@ class Tweakables:
         0.0,
         1.0,
     )
-    soft_select_distance: float = _tweak(
+    soft_select_distance: float = setting(
         1.0,
         "Soft select distance",
         "How far the movement of a vertex reaches into the skin around it",
@@ -165,57 +144,28 @@ class Tweakables:
         0.01,
         50.0,
     )
-    soft_select_curve: str = _tweak(
+    soft_select_curve: str = setting(
         "linear",
         "Soft select curve",
         "How the movement of a vertex falls off with distance",
         choices=CURVES,
     )
     # Beyond the thesis, therefore off as it comes.
-    soft_select_connected: bool = _tweak(
+    soft_select_connected: bool = setting(
         False,
         "Soft select connected",
         "Measure distance over the skin, so that a lip does not pull the other lip",
     )
-    mirror: bool = _tweak(
+    mirror: bool = setting(
         False,
         "Mirror output",
         "Make the fitted face symmetrical, which removes asymmetries of the drawing",
     )
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            _check(item, getattr(self, item.name))
+        check_settings(self)
 
 
 def describe() -> Iterator[tuple[str, type, Any, dict[str, Any]]]:
     """Yield (name, type, default, metadata) of every tweakable, in the order of the table."""
-    for item in fields(Tweakables):
-        yield item.name, type(item.default), item.default, dict(item.metadata)
-
-
-def _check(item: Field[Any], value: Any) -> None:
-    """Raise InputError with one sentence unless `value` is allowed for the field `item`."""
-    about = item.metadata
-    name = f"{about['label']} ({item.name})"
-    kind = type(item.default)
-    if kind is bool:
-        if not isinstance(value, bool):
-            raise InputError(f"{name} is either true or false, not {value!r}.")
-        return
-    if kind is str:
-        if value not in about["choices"]:
-            raise InputError(f"{name} is one of {', '.join(about['choices'])}, not {value!r}.")
-        return
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if kind is int and not isinstance(value, int):
-        number = False
-    if not number or not math.isfinite(value):
-        wanted = "a whole number" if kind is int else "a number"
-        raise InputError(f"{name} is {wanted}, not {value!r}.")
-    if not about["minimum"] <= value <= about["maximum"]:
-        unit = f" {about['unit']}" if about["unit"] else ""
-        raise InputError(
-            f"{name} lies between {about['minimum']:g} and {about['maximum']:g}{unit}, "
-            f"not at {value:g}."
-        )
+    return settings.describe(Tweakables)

@@ -11,16 +11,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
 from facs_rig.common.errors import InputError
+from facs_rig.common.settings import check_settings, setting
 from facs_rig.parameters import nearest
 
-# Least and most of every number of a style.
-RANGES: dict[str, tuple[float, float]] = {
-    "width": (0.2, 12), "fading": (0, 1), "wobble": (0, 4), "passes": (1, 6), "dropout": (0, 1),
-    "pressure": (0, 1), "taper": (0, 1), "overshoot": (0, 30), "pull": (0, 400),
-    "breaks": (0, 0.6), "nib": (0, 0.9), "tone": (0.2, 1), "pale": (0, 1), "grain": (0, 1),
-    "hatching": (0, 1), "light": (-180, 180), "construction": (0, 1),
-    "paper": (0.75, 1), "noise": (0, 0.1), "shadow": (0, 0.5), "blur": (0, 2),
-}  # fmt: skip
 MOST_TILT = 0.08
 
 
@@ -46,40 +39,37 @@ class Style:
     tilt : how much the page leans aside and back, a share of its size (see `paper.tilt_matrix`)
     seed : of grain and noise
 
-    Raises InputError for a number out of its range (RANGES).
+    Raises InputError for a number out of its range.
     """
 
-    width: float = 1.6
-    fading: float = 0.6
-    wobble: float = 0.0
-    passes: int = 1
-    dropout: float = 0.0
+    width: float = setting(1.6, minimum=0.2, maximum=12)
+    fading: float = setting(0.6, minimum=0, maximum=1)
+    wobble: float = setting(0.0, minimum=0, maximum=4)
+    passes: int = setting(1, minimum=1, maximum=6)
+    dropout: float = setting(0.0, minimum=0, maximum=1)
     layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip")
     look: str = "ink"
-    pressure: float = 0.0
-    taper: float = 0.0
-    overshoot: float = 0.0
-    pull: float = 0.0
-    breaks: float = 0.0
-    nib: float = 0.0
-    tone: float = 1.0
-    pale: float = 0.0
-    grain: float = 0.0
-    hatching: float = 0.0
-    light: float = -40.0
-    construction: float = 0.0
-    paper: float = 1.0
-    noise: float = 0.0
-    shadow: float = 0.0
-    blur: float = 0.0
+    pressure: float = setting(0.0, minimum=0, maximum=1)
+    taper: float = setting(0.0, minimum=0, maximum=1)
+    overshoot: float = setting(0.0, minimum=0, maximum=30)
+    pull: float = setting(0.0, minimum=0, maximum=400)
+    breaks: float = setting(0.0, minimum=0, maximum=0.6)
+    nib: float = setting(0.0, minimum=0, maximum=0.9)
+    tone: float = setting(1.0, minimum=0.2, maximum=1)
+    pale: float = setting(0.0, minimum=0, maximum=1)
+    grain: float = setting(0.0, minimum=0, maximum=1)
+    hatching: float = setting(0.0, minimum=0, maximum=1)
+    light: float = setting(-40.0, minimum=-180, maximum=180)
+    construction: float = setting(0.0, minimum=0, maximum=1)
+    paper: float = setting(1.0, minimum=0.75, maximum=1)
+    noise: float = setting(0.0, minimum=0, maximum=0.1)
+    shadow: float = setting(0.0, minimum=0, maximum=0.5)
+    blur: float = setting(0.0, minimum=0, maximum=2)
     tilt: tuple[float, float] = (0.0, 0.0)
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in RANGES.items():
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise InputError(f"a style's {name} must be {low:g} to {high:g}, got {value:g}")
+        check_settings(self, "a style's ")
         if len(self.tilt) != 2 or not max(map(abs, self.tilt)) <= MOST_TILT:
             raise InputError(
                 f"a style's tilt must be two numbers of at most {MOST_TILT:g}, got {self.tilt}"

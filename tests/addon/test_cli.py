@@ -135,9 +135,9 @@ def test_a_bad_sketch_leaves_older_files_alone(refused, folder, kind):
         (["--unmatched", "carve"], "--unmatched: invalid choice: 'carve'"),
         (["--stroke-profile", "trench"], "--stroke-profile: invalid choice: 'trench'"),
         (["--stroke-depth", "deep"], "--stroke-depth: invalid float value: 'deep'"),
-        (["--stroke-depth", "0"], "stroke depth (stroke_depth) is more than 0 and at most 5 mm"),
-        (["--stroke-depth", "nan"], "at most 5 mm, not nan"),
-        (["--stroke-width", "50"], "stroke width (stroke_width) is more than 0 and at most 20 mm"),
+        (["--stroke-depth", "0"], "Depth (stroke_depth) is more than 0 and at most 5 mm"),
+        (["--stroke-depth", "nan"], "Depth (stroke_depth) is a number, not nan"),
+        (["--stroke-width", "50"], "Width (stroke_width) is more than 0 and at most 20 mm"),
         (["--no-such-option"], "unrecognized arguments: --no-such-option"),
     ],
 )

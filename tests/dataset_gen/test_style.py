@@ -22,11 +22,11 @@ from dataset_gen import (
 from dataset_gen.linework import ink
 from dataset_gen.linework.marks import drift
 from dataset_gen.linework.paper import through
-from dataset_gen.linework.style import RANGES
 from dataset_gen.shading import construction, hatches
 from dataset_gen.styles import LOOKS, PAPERS
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from facs_rig.common.polylines import Polylines
+from facs_rig.common.settings import settings_of
 
 
 @pytest.fixture(scope="module")
@@ -70,11 +70,11 @@ def test_a_field_that_no_style_has_is_named():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"width": 0}, "width must be 0.2 to 12, got 0"),
-        ({"width": float("nan")}, "width must be"),
-        ({"passes": 0}, "passes must be 1 to 6"),
-        ({"paper": 0.2}, "paper must be 0.75 to 1"),
-        ({"grain": -0.1}, "grain must be 0 to 1"),
+        ({"width": 0}, "a style's width lies between 0.2 and 12, not at 0"),
+        ({"width": float("nan")}, "width is a number, not nan"),
+        ({"passes": 0}, "passes lies between 1 and 6"),
+        ({"paper": 0.2}, "paper lies between 0.75 and 1"),
+        ({"grain": -0.1}, "grain lies between 0 and 1"),
         ({"tilt": (0.5, 0.0)}, "tilt must be two numbers of at most 0.08"),
         ({"tilt": (0.0,)}, "tilt must be two numbers"),
     ],
@@ -95,7 +95,7 @@ def test_unknown_names_are_refused():
 
 def test_every_number_has_its_range():
     numbers = {f.name for f in fields(Style) if f.name not in ("layers", "look", "tilt", "seed")}
-    assert numbers == set(RANGES)
+    assert numbers == set(settings_of(Style))
 
 
 def test_looks_and_papers_come_by_their_odds():

@@ -13,12 +13,15 @@ from bpy.props import (
     StringProperty,
 )
 
+from addon.options import FitOptions
 from addon.storyboard import EVERY
-from snakes import DEEPEST, WIDEST, Tweakables
+from facs_rig.common.settings import settings_of
+from snakes import Tweakables
 
 from . import memory, preferences, sources
 
 _LIMITS = {"minimum": "min", "maximum": "max"}
+_OPTIONS = settings_of(FitOptions)
 
 
 def label(field: dataclasses.Field) -> str:
@@ -26,8 +29,8 @@ def label(field: dataclasses.Field) -> str:
     return field.metadata.get("label") or field.name.replace("_", " ").title()
 
 
-def blender_property(field: dataclasses.Field):
-    """The Blender property of one tweakable: type, limits and tooltip as the table has them."""
+def blender_property(field: dataclasses.Field, **more):
+    """The Blender property of a setting of the core: type, limits and tooltip as it has them."""
     unit = field.metadata.get("unit")
     text = field.metadata.get("help", "").strip().rstrip(".")
     common = {
@@ -46,8 +49,8 @@ def blender_property(field: dataclasses.Field):
     if isinstance(field.default, int):
         return IntProperty(**limits, **common)
     if isinstance(field.default, float):
-        return FloatProperty(precision=2, **limits, **common)
-    raise TypeError(f"tweakable {field.name}: no Blender property for {field.default!r}")
+        return FloatProperty(**{"precision": 2, **limits, **common, **more})
+    raise TypeError(f"setting {field.name}: no Blender property for {field.default!r}")
 
 
 SKETCHTOFACE_PG_tweakables = type(
@@ -111,20 +114,9 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
             ("scar", "Scar", "A groove between high rims"),
         ],
     )
-    stroke_depth: FloatProperty(
-        name="Depth",
-        description="How deep a stroke is carved, or how high it is raised (in mm)",
-        default=1.2,
-        min=0.1,
-        max=1000 * DEEPEST,
-    )
-    stroke_width: FloatProperty(
-        name="Width",
-        description="How wide a carved stroke is; wider where the mesh is coarse (in mm)",
-        default=4.0,
-        min=0.5,
-        max=1000 * WIDEST,
-    )
+    # a stroke of no depth or width is none, and less than this nobody sees
+    stroke_depth: blender_property(_OPTIONS["stroke_depth"], min=0.1)
+    stroke_width: blender_property(_OPTIONS["stroke_width"], min=0.5)
     storyboard: StringProperty(
         name="Storyboard",
         description="The folder of sketches that become key poses, in the order of their names",
