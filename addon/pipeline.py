@@ -193,8 +193,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "projection": projection.tolist(),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
-            {"polyline": line.tolist(), "length_px": line_length(line)}
-            for line in face.unmatched
+            {"polyline": line.tolist(), "length_px": line_length(line)} for line in face.unmatched
         ],
         "timings_s": face.timings_s,  # the last, when all has been measured
     }

@@ -8,8 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 from skimage.morphology import skeletonize
 
@@ -112,30 +110,35 @@ def paths(points: NDArray[np.floating], apart: float) -> list[NDArray[np.intp]]:
     pairs = cKDTree(points).query_pairs(apart, output_type="ndarray")
     plain = np.bincount(pairs.ravel(), minlength=len(points)) <= 2
     pairs = pairs[plain[pairs].all(axis=1)]
-    links = csr_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(points),) * 2)
-    links = links + links.T
-    count, owner = connected_components(links, directed=False)
-    degree = np.diff(links.indptr)
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    both = both[np.lexsort((both[:, 1], both[:, 0]))]
+    degree = np.bincount(both[:, 0], minlength=len(points))
+    first = np.cumsum(degree) - degree
+    near = np.append(both[:, 1], -1)
+    ahead = near[np.where(degree > 0, first, -1)].tolist()
+    back = near[np.where(degree > 1, first + 1, -1)].tolist()
+    left = np.ones(len(points), dtype=bool)
     found = []
-    for members in np.split(np.argsort(owner, kind="stable"), np.cumsum(np.bincount(owner))[:-1]):
-        if len(members) > 1:
-            ends = members[degree[members] == 1]
-            start = ends[0] if len(ends) else members[0]
-            order = breadth_first_order(links, start, directed=False)[0]
-            found.append(order if len(ends) else _around(links, start))
-    return found
+    for start in [*np.flatnonzero(degree == 1), *np.flatnonzero(degree == 2)]:
+        if left[start]:
+            order = _walk(ahead, back, int(start))
+            left[order] = False
+            found.append(order)
+    return sorted(found, key=min)
 
 
-def _around(ring: csr_matrix, start: int) -> NDArray[np.intp]:
-    """The points of a ring from one of them on, all the way round."""
+def _walk(ahead: list[int], back: list[int], start: int) -> NDArray[np.intp]:
+    """The points of a path from its end `start` on, or of a ring all the way round.
+
+    ahead, back : for each point the two beside it, -1 where there is none
+    """
     order, before, here = [start], -1, start
     while True:
-        ahead = ring.indices[ring.indptr[here] : ring.indptr[here + 1]]
-        following = [p for p in ahead.tolist() if p != before]
-        if not following or following[0] == start:
+        following = back[here] if ahead[here] == before else ahead[here]
+        if following in (-1, start):
             return np.array(order)
-        before, here = here, following[0]
-        order.append(here)
+        order.append(following)
+        before, here = here, following
 
 
 def polylines(lines: Lines, tolerance: float = 0.5) -> list[NDArray[np.float64]]:

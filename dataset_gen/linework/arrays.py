@@ -183,32 +183,33 @@ def topmost(pixels, z, triangles, points):
     start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=side * side))])
     corners = _columns(triangles, np.intp)
     u, v = _columns(pixels, np.float64)
-    (au, bu, cu), (av, bv, cv) = ([axis[corner] for corner in corners] for axis in (u, v))
-    area = (bu - au) * (cv - av) - (bv - av) * (cu - au)
-    seen = np.flatnonzero(area < 0)
     # Most triangles lie over no point: how many there are in their cells, by a table of sums.
     sums = np.zeros((side + 1, side + 1), dtype=np.int32)
     sums[1:, 1:] = np.diff(start).reshape(side, side).cumsum(axis=0).cumsum(axis=1)
     sums, wide = sums.ravel(), side + 1
     ends = []
-    for ends_of, begin, scale in (((au, bu, cu), left[0], per[0]), ((av, bv, cv), left[1], per[1])):
-        one, two, three = (at[seen] for at in ends_of)
-        for most in (np.minimum, np.maximum):
-            place = (most(most(one, two), three) - begin) * scale
-            ends.append(np.clip(place, 0, side - 1).astype(np.int64))
+    for axis, begin, scale in ((u, left[0], per[0]), (v, left[1], per[1])):
+        place = np.clip((axis - begin) * scale, 0, side - 1).astype(np.int32)
+        one, two, three = (place[corner] for corner in corners)
+        ends += [most(most(one, two), three) for most in (np.minimum, np.maximum)]
     u0, u1, v0, v1 = ends
     low, high = v0 * wide, (v1 + 1) * wide
     over = sums[high + u1 + 1] - sums[low + u1 + 1] - sums[high + u0] + sums[low + u0]
-    over = np.flatnonzero(over)
-    seen, u0, u1, v0, v1 = seen[over], u0[over], u1[over], v0[over], v1[over]
+    seen = np.flatnonzero(over)
+    (au, bu, cu), (av, bv, cv) = ([axis[c[seen]] for c in corners] for axis in (u, v))
+    area = (bu - au) * (cv - av) - (bv - av) * (cu - au)
+    front = np.flatnonzero(area < 0)
+    seen, area = seen[front], area[front]
+    au, bu, cu, av, bv, cv = (axis[front] for axis in (au, bu, cu, av, bv, cv))
+    u0, u1, v0, v1 = (end[seen].astype(np.intp) for end in (u0, u1, v0, v1))
     one, rows = _spread(v1 - v0 + 1)  # every row of cells of every triangle
     rows = (v0[one] + rows) * side
     begin = start[rows + u0[one]]
     pair, place = _spread(start[rows + u1[one] + 1] - begin)  # every point in that row
-    i, t = order[begin[pair] + place], seen[one[pair]]
+    row = one[pair]
+    i, t = order[begin[pair] + place], seen[row]
     pu, pv = (axis[i] for axis in _columns(points, np.float64))
-    bu, cu, bv, cv, area = bu[t], cu[t], bv[t], cv[t], area[t]
-    au, av = au[t], av[t]
+    au, bu, cu, av, bv, cv, area = (axis[row] for axis in (au, bu, cu, av, bv, cv, area))
     wa = ((cu - bu) * (pv - bv) - (cv - bv) * (pu - bu)) / area
     wb = ((au - cu) * (pv - cv) - (av - cv) * (pu - cu)) / area
     inside = np.flatnonzero((wa >= -1e-9) & (wb >= -1e-9) & (wa + wb <= 1 + 1e-9))
@@ -222,10 +223,32 @@ def topmost(pixels, z, triangles, points):
 
 
 def chain(ends, first, places, used, line, starts):
-    lists = [array.tolist() for array in (ends, first, places, used, line, starts)]
-    count = chain_lists(*lists)
-    line[:], starts[:] = lists[4], lists[5]
-    return count
+    uses = np.diff(first)
+    if (uses > 2).any():
+        lists = [array.tolist() for array in (ends, first, places, used, line, starts)]
+        count = chain_lists(*lists)
+        line[:], starts[:] = lists[4], lists[5]
+        return count
+    # No line branches: a segment, seen from either of its ends, goes on in one other at most.
+    after = np.full(len(ends), -1)
+    inner = first[:-1][uses == 2]
+    after[places[inner]], after[places[inner + 1]] = places[inner + 1], places[inner]
+    begins = [places[first[:-1][uses == count]].tolist() for count in (1, 2)]
+    there, after, done = ends.tolist(), after.tolist(), used.tolist()
+    points: list[int] = []
+    begun: list[int] = []
+    for place in [*begins[0], *begins[1]]:
+        if done[place >> 1]:
+            continue
+        begun.append(len(points))
+        points.append(there[place])
+        while place >= 0 and not done[place >> 1]:
+            done[place >> 1] = True
+            points.append(there[place ^ 1])
+            place = after[place ^ 1]
+    line[: len(points)] = points
+    starts[: len(begun) + 1] = [*begun, len(points)]
+    return len(begun)
 
 
 def _spread(counts):
