@@ -20,6 +20,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from hands import (  # noqa: E402
     FRAME,
+    PATIENCE,
     Deaf,
     Desk,
     clear,
@@ -73,8 +74,8 @@ def timed_press(desk: Desk, place, result: dict, name: str):
     desk.tap("LEFTMOUSE", x, y)
     yield 0.01
     while not (idle() and things()[0] != before[0]):
-        if time.monotonic() - start > 60:
-            raise AssertionError("waited 60 s in vain for a face")
+        if time.monotonic() - start > PATIENCE:
+            raise AssertionError(f"waited {PATIENCE:.0f} s in vain for a face")
         yield 0.05  # seldom: every look takes the thread that reads some time
     result[name] = {
         "seconds_to_the_face": round(time.monotonic() - start, 3),

@@ -28,6 +28,7 @@ from hands import (  # noqa: E402
     scroll,
     until,
     vertices,
+    zoom,
 )  # fmt: skip
 
 COPY = "bpy.ops.sketch_to_face.copy_expression()"
@@ -107,7 +108,7 @@ def session(options, result: dict):
     for name, value in WHO.items():
         setattr(face.sketch_to_face.identity, name, value)
     face.update_tag()
-    bpy.context.preferences.view.ui_scale = 0.8  # so that all sliders fit
+    zoom(desk, 0.8)  # so that all sliders fit
     yield FRAME * 5
     yield from scroll(desk, 5)
     yield from look(desk, face)

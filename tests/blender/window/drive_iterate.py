@@ -30,6 +30,7 @@ from hands import (  # noqa: E402
     reach_button,
     until,
     vertices,
+    zoom,
 )
 from mathutils import Vector  # noqa: E402
 from sheets import lines_of, pencil_of  # noqa: E402
@@ -93,9 +94,10 @@ def drag_a_pin(desk: Desk, face, result: dict, out: Path):
     desk.window.event_simulate(type="LEFTMOUSE", value="PRESS", x=int(x), y=int(y))
     for step in range(1, 6):
         yield 0.05
-        desk.move(x + 3 * step, y - 4 * step)
+        desk.move(x + 3 * step * desk.scale, y - 4 * step * desk.scale)
     yield FRAME
-    desk.window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=int(x + 15), y=int(y - 20))
+    x, y = x + 15 * desk.scale, y - 20 * desk.scale
+    desk.window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=int(x), y=int(y))
     yield FRAME * 3
     assert list(face.sketch_to_face.pins.keys()) == [CORNER], "no pin was set"
     desk.screenshot(out / "3_pins.png")
@@ -114,7 +116,7 @@ def drag_a_pin(desk: Desk, face, result: dict, out: Path):
 def session(options, result: dict):
     desk = Desk()
     beginning = time.monotonic()
-    bpy.context.preferences.view.ui_scale = 0.9
+    zoom(desk, 0.9)
     yield from clear(desk)
     yield from open_tab(desk)
     # Beside the .blend file, so that no picture of the window shows where this computer has it.

@@ -18,6 +18,8 @@ PATIENCE = 120.0
 class Desk:
     """The window, its 3D view, and hands to use them. Positions are window pixels from below."""
 
+    scale = 1.0  # of the window and all that is in it; see `main`
+
     def __init__(self) -> None:
         self.window = bpy.context.window_manager.windows[0]
         self.area = next(a for a in self.window.screen.areas if a.type == "VIEW_3D")
@@ -98,8 +100,9 @@ def open_tab(desk: Desk):
     desk.space.show_region_ui = True
     yield FRAME * 5
     region = desk.region("UI")
-    x = region.x + region.width - 10
-    for below in range(20, min(region.height, 500), 25):
+    x = region.x + region.width - 10 * desk.scale
+    for number in range(20):
+        below = (20 + 25 * number) * desk.scale
         y = region.y + region.height - below
         desk.move(x, y)
         yield FRAME
@@ -116,22 +119,11 @@ def find_button(desk: Desk, command: str, found: list, across: float = 0.45):
 
     `across` says how far from the sidebar's left to the right, 0 to 1, to feel.
     """
-    region = desk.region("UI")
-    manager = bpy.context.window_manager
-    x = region.x + region.width * across
-    for below in range(20, region.height, 12):
-        y = region.y + region.height - below
-        manager.clipboard = ""
-        desk.move(x - 2, y)
-        yield 0.03
-        desk.move(x, y)
-        yield 0.03
-        desk.tap("C", x, y, ctrl=True)
-        yield 0.03
-        if manager.clipboard.strip() == command:
-            found.append((x, y))
-            return
-    raise AssertionError(f"no button in the sidebar does {command}")
+    place: list = []
+    yield from feel(desk, command, place, across, 12, ctrl=True)
+    if not place:
+        raise AssertionError(f"no button in the sidebar does {command}")
+    found += place
 
 
 def reach_button(desk: Desk, command: str, found: list, across: float = 0.45):
@@ -148,22 +140,39 @@ def reach_button(desk: Desk, command: str, found: list, across: float = 0.45):
 
 def find_slider(desk: Desk, path: str, found: list):
     """Feel down the sidebar for a slider: Shift Ctrl C over one copies its data path."""
+    place: list = []
+    yield from feel(desk, path, place, 0.45, 8, ctrl=True, shift=True)
+    if not place:
+        raise AssertionError(f"no slider in the sidebar shows {path}")
+    found += place
+
+
+def feel(desk: Desk, wanted: str, found: list, across: float, apart: float, **held):
+    """Go down the sidebar, at places so many pixels `apart`, until C copies what is wanted.
+
+    One frame for each place: drawing the sidebar anew is what takes the time. What is copied may
+    come a frame late, so a find is asked once more.
+    """
     region = desk.region("UI")
     manager = bpy.context.window_manager
-    x = region.x + region.width * 0.45
-    for below in range(20, region.height, 8):
-        y = region.y + region.height - below
+    x = region.x + region.width * across
+
+    def copied(y: float, patience: float):
         manager.clipboard = ""
-        desk.move(x - 2, y)
-        yield 0.03
         desk.move(x, y)
-        yield 0.03
-        desk.tap("C", x, y, ctrl=True, shift=True)
-        yield 0.03
-        if manager.clipboard.strip() == path:
-            found.append((x, y))
-            return
-    raise AssertionError(f"no slider in the sidebar shows {path}")
+        desk.tap("C", x, y, **held)
+        yield patience
+        return manager.clipboard.strip() == wanted
+
+    apart *= desk.scale
+    for number in range(int((region.height - 20 * desk.scale) / apart)):
+        y = region.y + region.height - 20 * desk.scale - number * apart
+        if not (yield from copied(y, 0.02)):
+            continue
+        for near in (y, y + apart):
+            if (yield from copied(near, FRAME)):
+                found.append((x, near))
+                return
 
 
 def write(desk: Desk, place: tuple[float, float], text: str):
@@ -221,9 +230,9 @@ def scroll(desk: Desk, notches: int):
     desk.move(*place)
     yield FRAME
     wheel = "WHEELDOWNMOUSE" if notches > 0 else "WHEELUPMOUSE"
-    for _ in range(abs(notches)):
+    for _ in range(abs(notches)):  # all at once, so that the sidebar is drawn once
         desk.window.event_simulate(type=wheel, value="PRESS", x=int(place[0]), y=int(place[1]))
-        yield FRAME
+    yield FRAME * 3
 
 
 def drag(desk: Desk, place: tuple[float, float], way: int):
@@ -246,11 +255,18 @@ def look(desk: Desk, face: bpy.types.Object):
     overlay.show_floor = overlay.show_ortho_grid = False
     overlay.show_axis_x = overlay.show_axis_y = overlay.show_outline_selected = False
     overlay.show_bones = overlay.show_cursor = overlay.show_object_origins = False
-    bpy.context.preferences.system.viewport_aa = "8"
     with desk.context():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
-    yield 6.0  # until the last of the frames that smooth it
+    yield FRAME * 3
+    if desk.scale == 1.0:
+        bpy.context.preferences.system.viewport_aa = "8"
+        yield 6.0  # until the last of the frames that smooth it
+
+
+def zoom(desk: Desk, factor: float) -> None:
+    """How large Blender writes, in a window of full size."""
+    bpy.context.preferences.view.ui_scale = factor * desk.scale
 
 
 def clear(desk: Desk):
@@ -276,8 +292,12 @@ def main(session) -> None:
     parser.add_argument("--sketch", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--picture", type=Path)
+    # A small window is drawn in half the time; a picture for the documentation has a large one.
+    parser.add_argument("--scale", type=float, default=1.0)
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     result: dict = {"blender": bpy.app.version_string}
+    Desk.scale = options.scale
+    zoom(Desk(), 1.0)
     bpy.context.preferences.view.show_splash = False
     # The processor draws: a view that is smoothed over sixteen frames would be all it does.
     bpy.context.preferences.system.viewport_aa = "OFF"

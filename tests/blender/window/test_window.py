@@ -24,6 +24,8 @@ PARITY = Path(__file__).parents[1] / "parity.py"
 # folder for those of every step), and of which sketch.
 PICTURE, FACE_PICTURE = "SKETCH_TO_FACE_PICTURE", "SKETCH_TO_FACE_ADDED_PICTURE"
 FOLDER, SKETCH = "SKETCH_TO_FACE_PICTURES", "SKETCH_TO_FACE_SKETCH"
+# Of the window, pixels; and how much smaller it is where no pictures are kept: the processor draws.
+WINDOW, SMALL = (1400, 900), 0.65
 SMILING = ROOT / "addon" / "sketches" / "smiling_woman.png"
 
 
@@ -68,7 +70,7 @@ def display() -> Iterator[str]:
         process.wait()
 
 
-def run(blender: str, display: str, home: Path, arguments: list[str], **more: str):
+def run(blender: str, display: str, home: Path, size: tuple, arguments: list[str]):
     """Blender with a profile of its own, software OpenGL and our Python path."""
     environment = os.environ | {
         "DISPLAY": display,
@@ -77,12 +79,11 @@ def run(blender: str, display: str, home: Path, arguments: list[str], **more: st
         "BLENDER_USER_SCRIPTS": str(home / "scripts"),
         "LIBGL_ALWAYS_SOFTWARE": "1",
         "PYTHONPATH": os.pathsep.join([str(ROOT), sysconfig.get_paths()["purelib"]]),
-        **more,
     }
     environment.pop("WAYLAND_DISPLAY", None)
     return subprocess.run(
         [blender, "--factory-startup", "--python-use-system-env", "--enable-event-simulate",
-         "--window-geometry", "0", "0", "1400", "900", "--python-exit-code", "1", *arguments],
+         "--window-geometry", "0", "0", *map(str, size), "--python-exit-code", "1", *arguments],
         env=environment, capture_output=True, text=True, timeout=420, check=False,
     )  # fmt: skip
 
@@ -96,10 +97,13 @@ def session(blender, display, tmp_path):
 
     def play(script: str, picture: str, *arguments: str) -> dict:
         more = ["--out", str(tmp_path), *arguments]
+        scale = 1.0 if any(map(os.environ.get, (picture, FOLDER))) else SMALL
+        more += ["--scale", str(scale)]
         if os.environ.get(picture):
             more += ["--picture", str(Path(os.environ[picture]).resolve())]
+        size = tuple(round(scale * side) for side in WINDOW)
         script_path = str(Path(__file__).with_name(script))
-        done = run(blender, display, tmp_path, ["-P", script_path, "--", *more])
+        done = run(blender, display, tmp_path, size, ["-P", script_path, "--", *more])
         assert done.returncode == 0, done.stdout + done.stderr
         result = json.loads((tmp_path / "result.json").read_text())
         print(json.dumps(result))
