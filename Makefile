@@ -14,13 +14,14 @@ PYTEST  := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reo
 SOURCES := $(shell find addon facs_rig classifiers snakes dataset_gen -type f \
              \( -name '*.py' -o -name '*.npz' -o -name '*.onnx' -o -name '*.json' \) 2>/dev/null)
 
-.PHONY: bake help demo test test-fast lint addon bench pictures sketches clean
+.PHONY: bake help demo test test-all test-fast lint addon bench pictures sketches clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo      fit a sketch that ships here; says where the face and the preview are"
-	@echo "make test      every test on every core, or make test JOBS=1 (installs what they need:"
+	@echo "make test      the tests on every core, or make test JOBS=1 (installs what they need:"
 	@echo "               Blender as a module, CPU torch)"
+	@echo "make test-all  the same, and the sweeps of which make test takes samples (an hour or so)"
 	@echo "make lint      ruff and mypy"
 	@echo "make addon     the zips that Blender installs, in dist/"
 	@echo "make bench     how fast each stage is on this machine"
@@ -55,8 +56,11 @@ demo: $(VENV)/.base $(DEMO)/face.glb
 test: $(VENV)/.tests build/anny
 	$(PYTEST) --durations=15
 
+test-all: $(VENV)/.tests build/anny
+	$(PYTEST) --durations=15 -m ''
+
 test-fast: $(VENV)/.tests
-	$(PYTEST) -m 'not slow'
+	$(PYTEST) -m 'not slow and not nightly'
 
 lint: $(VENV)/.lint
 	$(BIN)/ruff check .

@@ -1,4 +1,4 @@
-"""A thousand short sessions of somebody who presses anything: no traceback, nothing half made.
+"""Short sessions of somebody who presses anything: no traceback, nothing half made.
 
 Seeded, so that a failure comes again: the message names the seed and what was pressed. What a
 fit computes is kept from press to press, for other tests press harder on that (tests/snakes).
@@ -21,11 +21,12 @@ bpy = pytest.importorskip("bpy")
 from facs_rig import CONTROL_NAMES, IDENTITY, LANDMARKS, FaceParameters  # noqa: E402
 from facs_rig.blender.pose import armature_of, check_face, is_face  # noqa: E402
 from facs_rig.expressions import dumps  # noqa: E402
+from tests.nightly import at_night  # noqa: E402
 
 from .conftest import ROOT, SKETCH  # noqa: E402
 from .sheets import draw_on, image_of, lines_of, pencil_of  # noqa: E402
 
-SESSIONS, LONGEST = 1000, 8
+OFTEN, SESSIONS, LONGEST = 150, 1000, 8  # sessions in every run, in all; presses in one
 SKETCHES = sorted((ROOT / "addon" / "sketches").glob("*.png"))
 ops = bpy.ops.sketch_to_face
 CUT = "cut"  # property of a face from which the artist has taken something by hand
@@ -529,14 +530,17 @@ def logged(shell, monkeypatch) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_thousand_random_sessions_leave_nothing_broken(furnished, logged):
+@pytest.mark.parametrize("seeds", [range(OFTEN), at_night(range(OFTEN, SESSIONS))], ids=len)
+def test_random_sessions_leave_nothing_broken(furnished, logged, seeds):
     weights = [weight for weight, _ in PRESSES.values()]
     made = refused = 0
-    for seed in range(SESSIONS):
+    never = set(PRESSES)
+    for seed in seeds:
         rng = start(seed, furnished)
         done = []
         for name in rng.choices(list(PRESSES), weights, k=rng.randint(2, LONGEST)):
             done.append(name)
+            never.discard(name)
             try:
                 said = press(PRESSES[name][1], rng)
             except Exception as error:
@@ -550,5 +554,6 @@ def test_a_thousand_random_sessions_leave_nothing_broken(furnished, logged):
         broken = unrest(logged)
         assert not broken, (seed, done, broken)
         made += len(faces_of(bpy.data))
-    print(f"{SESSIONS} sessions, {made} faces at their ends, {refused} presses were refused")
-    assert made > SESSIONS / 5 and refused > SESSIONS / 5
+    print(f"{len(seeds)} sessions, {made} faces at their ends, {refused} presses were refused")
+    assert made > len(seeds) / 5 and refused > len(seeds) / 5
+    assert not never

@@ -52,6 +52,7 @@ def test_baking_again_gives_the_shipped_asset_on_an_old_processor(tmp_path):
         assert_same_head(dict(again))
 
 
+@pytest.mark.nightly  # the old processor's other kernels shake the last bits in every run
 @pytest.mark.slow
 @needs_source
 def test_no_decision_of_baking_hangs_on_the_last_bits(monkeypatch, rng):
