@@ -41,6 +41,26 @@ def shell(empty_blender, tmp_path, monkeypatch):
     module.unregister()
 
 
+@pytest.fixture(scope="session")
+def kept(tmp_path_factory):
+    """Function: opens a file of this name that `make()` has filled: once, for a fit takes long.
+
+    The undo history starts there; the active object comes back.
+    """
+    folder = tmp_path_factory.mktemp("kept")
+
+    def opened(name, make):
+        path = folder / f"{name}.blend"
+        if not path.exists():
+            make()
+            bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False, copy=True)
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        bpy.ops.ed.undo_push(message="start")
+        return bpy.context.active_object
+
+    return opened
+
+
 @pytest.fixture
 def reports(capfd):
     """Function: what operators have reported since it was asked last, as Blender prints it."""

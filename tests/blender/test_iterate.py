@@ -19,9 +19,8 @@ OTHER = ROOT / "addon" / "sketches" / "angry_man.png"
 
 
 @pytest.fixture
-def face(shell, sketch):
-    press(sketch)
-    return bpy.context.active_object
+def face(shell, sketch, kept):
+    return kept("fitted", lambda: press(sketch))
 
 
 def item(face, name):

@@ -7,22 +7,25 @@ import subprocess
 
 import pytest
 
+from tests.nightly import at_night
+
 from .conftest import ROOT
 from .newer_blender import Missing, blender_5_2_with_the_core
 
 # What touches Blender most: properties, undo, Grease Pencil, timers, shape keys, switching off.
 # Faces as such, retargeting and the zips have tests of their own that take as long again.
-FILES = ("test_shell.py", "test_iterate.py", "test_sources.py", "test_tasks.py", "test_reshape.py",
-         "test_traces.py")  # fmt: skip
+OFTEN = ("test_shell.py", "test_sources.py", "test_tasks.py")
+MORE = ("test_iterate.py", "test_reshape.py", "test_traces.py")
 
 
 @pytest.mark.slow
-def test_the_shell_works_in_blender_5_2():
+@pytest.mark.parametrize("files", [OFTEN, at_night(MORE)], ids=["often", "more"])
+def test_the_shell_works_in_blender_5_2(files):
     try:
         python = blender_5_2_with_the_core()
     except Missing as why:
         pytest.skip(str(why))
-    tests = [f"tests/blender/{name}" for name in FILES]
+    tests = [f"tests/blender/{name}" for name in files]
     done = subprocess.run(
         [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests],
         env={k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "BLENDER"))},

@@ -272,8 +272,12 @@ def test_every_operator_that_promises_undo_is_pressed_here(shell):
 
 
 @pytest.fixture
-def furnished(shell, sketch):
+def furnished(shell, sketch, kept):
     """A fitted face that does something everywhere, and a mesh with keys of ARKit's, selected."""
+    return kept("furnished", lambda: furnish(sketch))
+
+
+def furnish(sketch) -> None:
     bpy.context.scene.sketch_to_face.sketch = str(sketch)
     ops.fit()
     face = bpy.context.active_object
@@ -288,7 +292,6 @@ def furnished(shell, sketch):
         other.shape_key_add(name=name, from_mix=False)
     other.data.shape_keys.key_blocks["jawOpen"].data[0].co.z = -1.0
     other.select_set(True)
-    return face
 
 
 @pytest.mark.parametrize("name", PRESSED)
