@@ -89,10 +89,7 @@ def fit_lines(
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:
         most = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
-        length = settings.soft_select_distance / 100
-        offsets = pull_skin(
-            drawn, model, rig, parameters, camera, length, most, settings.smoothness, evidence.pins
-        )
+        offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, evidence.pins)
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)

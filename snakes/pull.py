@@ -24,6 +24,7 @@ from .field import smooth_field
 from .lines import HEAD, Lines, SurfaceLines, nearest_lines
 from .parts import carry_parts, keep_lids_on_eyes
 from .shape import skull_triangles, under_hair
+from .tweakables import Tweakables
 
 __all__ = ["pull_skin", "settle"]
 
@@ -103,20 +104,20 @@ def pull_skin(
     rig: FaceRig,
     parameters: FaceParameters,
     camera: Camera,
-    length: float,
     max_move: float,
-    smoothness: float = 1.0,
+    tweakables: Tweakables,
     pins: Mapping[str, tuple[float, float]] | None = None,
 ) -> NDArray[np.float64]:
     """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
 
-    model : the posed face's lines      length : metres over which a movement of the skin dies away
-    max_move : metres, no vertex moves farther      smoothness : of the snakes, 1 is usual
+    model : the posed face's lines      max_move : metres, no vertex moves farther
+    tweakables : Smoothness counts, of the snakes, and Soft Select Distance: over as many
+    centimetres a movement of the skin dies away
     pins : landmark -> (u, v) pixels where it has to be
     """
     head = HEAD * camera.scale[0]
     reach = REACH[0] * head, REACH[1] * head
-    stiff = ALPHA * smoothness, BETA * smoothness
+    stiff = ALPHA * tweakables.smoothness, BETA * tweakables.smoothness
     moves, sure = settle(model.lines, model.starts, drawn, reach, *stiff)
     over = skull_triangles(rig)[model.triangle]
     sure[under_hair(drawn, model.lines.points, over, head)] = 0.0
@@ -142,7 +143,7 @@ def pull_skin(
         np.concatenate([moves[asked], *off.T]) / camera.scale[0],
         np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR)]),
         spread,
-        length,
+        tweakables.soft_select_distance / 100,
         SIZE,
     )  # fmt: skip
     flat = np.concatenate([field, np.zeros((len(field), 1))], axis=1)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.errors import InputError
 from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, IDENTITY, target_weights
 from facs_rig.rotation import rotation
@@ -29,7 +30,7 @@ from .model_lines import face_contours
 __all__ = ["Evidence", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
 
 
-class PinsApart(ValueError):
+class PinsApart(InputError):
     """No face can have its landmarks where they are pinned."""
 
 

@@ -11,6 +11,7 @@ from snakes.fit import skin_smoother
 from snakes.lines import Lines
 from snakes.parts import eyeballs, keep_lids_on_eyes, unfold
 from snakes.pull import _stiffness, pull_skin, settle
+from snakes.tweakables import Tweakables
 
 
 def circle(radius, n=240):
@@ -85,6 +86,9 @@ def test_lines_across_and_lines_far_away_are_no_lines_to_settle_on():
         assert np.abs(moves).max() < 0.1 and sure.max() < 0.35
 
 
+USUAL = Tweakables(soft_select_distance=1.2)
+
+
 @pytest.fixture(scope="module")
 def scene_of_a_face():
     """(rig, parameters, camera, its lines, the same lines of a narrower and longer drawing)."""
@@ -99,21 +103,21 @@ def scene_of_a_face():
 
 def test_the_skin_follows_and_no_vertex_goes_too_far(scene_of_a_face):
     rig, parameters, camera, model, drawn = scene_of_a_face
-    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.012, 0.02)
+    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, USUAL)
     after = face_lines(rig, rig.pose(parameters, offsets), camera, kinds=("contour",), step=2.0)
     before, _ = settle(model.lines, model.starts, drawn, (6.0, 4.0))
     left, _ = settle(after.lines, after.starts, drawn, (6.0, 4.0))
     assert np.abs(left).mean() < 0.6 * np.abs(before).mean()
     assert np.linalg.norm(offsets, axis=1).max() < 0.008
-    bound = pull_skin(drawn, model, rig, parameters, camera, 0.012, 0.0005)
+    bound = pull_skin(drawn, model, rig, parameters, camera, 0.0005, USUAL)
     assert np.linalg.norm(bound, axis=1).max() <= 0.0005 + 1e-9
-    still = pull_skin(model.lines, model, rig, parameters, camera, 0.012, 0.02)
+    still = pull_skin(model.lines, model, rig, parameters, camera, 0.02, USUAL)
     assert np.linalg.norm(still, axis=1).max() < 3e-4  # it lies there already
 
 
 def test_movements_are_parallel_to_the_picture_but_for_lids_on_their_eyes(scene_of_a_face):
     rig, parameters, camera, model, drawn = scene_of_a_face
-    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.012, 0.02)
+    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, USUAL)
     moved = rig.pose(parameters, offsets) - rig.pose(parameters)
     shape = rig.shape(parameters)
     far = rig.parts["skin"] & (rig.weights[:, 0] == 1)  # what turns with the head alone
@@ -125,7 +129,7 @@ def test_movements_are_parallel_to_the_picture_but_for_lids_on_their_eyes(scene_
 
 def test_no_triangle_turns_over(scene_of_a_face):
     rig, parameters, camera, model, drawn = scene_of_a_face
-    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.012, 0.02)
+    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, USUAL)
     skin = rig.triangles[rig.parts["skin"][rig.triangles].all(axis=1)]
 
     def normals(v):
@@ -190,12 +194,12 @@ def test_a_pinned_landmark_goes_to_its_pin_and_its_surroundings_follow(scene_of_
     at = rig.landmarks[LANDMARKS.index(name)]
     here = camera.project(rig.pose(parameters)[at][None])[0]
     pin = {name: (here[0] + 6, here[1] - 4)}
-    offsets = pull_skin(model.lines, model, rig, parameters, camera, 0.012, 0.03, pins=pin)
+    offsets = pull_skin(model.lines, model, rig, parameters, camera, 0.03, USUAL, pins=pin)
     moved = camera.project(rig.pose(parameters, offsets)[at][None])[0]
     np.testing.assert_allclose(moved, pin[name], atol=0.6)
     nose = rig.landmarks[LANDMARKS.index("nose_root")]
     assert np.linalg.norm(offsets[nose]) < 5e-4
-    alone = pull_skin(NOTHING, model, rig, parameters, camera, 0.012, 0.03, pins=pin)
+    alone = pull_skin(NOTHING, model, rig, parameters, camera, 0.03, USUAL, pins=pin)
     moved = camera.project(rig.pose(parameters, alone)[at][None])[0]
     np.testing.assert_allclose(moved, pin[name], atol=0.6)
 
