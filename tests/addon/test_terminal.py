@@ -15,6 +15,7 @@ import pytest
 
 from addon.sketches.render import FOLDER as SKETCHES
 from addon.terminal import Stopped, printable, stoppable
+from tests.nightly import at_night
 
 ROOT = Path(__file__).resolve().parents[2]
 SKETCH = SKETCHES / "smiling_woman.png"
@@ -44,8 +45,15 @@ def test_closed_streams_do_not_hinder_the_work(tmp_path, closed):
     assert json.loads((tmp_path / "r.json").read_text())["aus"]
 
 
-@pytest.mark.parametrize("closed", ["2>&-", ">&- 2>&-", "2>/dev/full", ">/dev/full 2>/dev/full"])
-@pytest.mark.parametrize("what", ["detect nobody.png", "fit nobody.png", "rig -o a.stl", "paint"])
+# Every command and every stream in each run, every pair of them at night.
+COMMANDS = ("detect nobody.png", "fit nobody.png", "rig -o a.stl", "paint")
+CLOSED = ("2>&-", ">&- 2>&-", "2>/dev/full", ">/dev/full 2>/dev/full")
+
+
+@pytest.mark.parametrize(("what", "closed"), [
+    (what, closed) if k == m else at_night(what, closed)
+    for k, what in enumerate(COMMANDS) for m, closed in enumerate(CLOSED)
+])  # fmt: skip
 def test_the_exit_status_is_said_where_nothing_else_can_be(tmp_path, closed, what):
     done = shell(f"$S {what} {closed}", tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")

@@ -28,6 +28,7 @@ from dataset_gen.freestyle_view_map import Nature, blender, view_map  # noqa: E4
 from dataset_gen.generate import generate, make_sample, read_shards  # noqa: E402
 from dataset_gen.linework.lines import draw_strokes  # noqa: E402
 from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
+from tests.nightly import at_night  # noqa: E402
 
 BATCH = Path(generate_module.__file__).with_name("blender_batch.py")
 POSES = {
@@ -366,6 +367,7 @@ def test_installed_blender_runs_the_batch(program, tmp_path):
     assert (out / "shard-000000.tar").read_bytes() == bytes_before
 
 
+@pytest.mark.nightly  # those of a batch that is stopped are Blenders, too
 @pytest.mark.slow
 def test_workers_of_an_installed_blender_are_blenders(program, tmp_path):
     packages = str(ENVIRONMENT)
@@ -493,7 +495,7 @@ def test_packages_that_do_not_go_together_are_one_sentence(tmp_path, bare_copy, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["contours", "freestyle"])
+@pytest.mark.parametrize("engine", [at_night("contours"), "freestyle"])
 def test_a_stopped_batch_leaves_nothing_half_made(program, tmp_path, engine):
     kept = {k: v for k, v in os.environ.items() if k != "VIRTUAL_ENV"}
     out = tmp_path / "out"
