@@ -150,8 +150,9 @@ def _setting_argument(group: argparse._ArgumentGroup, item: Field[Any]) -> None:
 
 
 def fit(options: argparse.Namespace) -> int:
+    from facs_rig.common.box import Box
     from facs_rig.common.files import Outputs, check_output
-    from snakes import Tweakables, describe, parse_box
+    from snakes import Tweakables, describe
 
     sketch = Path(options.sketch)
     face = Path(options.output or f"{sketch.stem or 'face'}.glb")
@@ -165,7 +166,7 @@ def fit(options: argparse.Namespace) -> int:
     values = {name: getattr(options, name) for name, *_ in describe()}
     tweakables = Tweakables(**values)
     if options.align is not None:
-        parse_box(options.align)
+        Box.parse(options.align)
 
     from addon import pipeline
     from classifiers import load_detector

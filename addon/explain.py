@@ -12,7 +12,8 @@ from classifiers import Detection, Detector
 from classifiers.evidence import Evidence, Progress, evidence
 from classifiers.finding import widened
 from classifiers.plausible import turned
-from classifiers.preprocess import Floats, area_resample, as_page
+from classifiers.preprocess import Floats, as_page
+from facs_rig.common.images import area_resample
 
 COLUMNS = 4
 TILE = 300  # px, side of a tile's picture

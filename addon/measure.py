@@ -13,6 +13,7 @@ from scipy.ndimage import distance_transform_edt
 
 from addon.strategies import Fitted
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from snakes import (
     WORKING_SIZE,
     Lines,
@@ -26,14 +27,13 @@ from snakes import (
 from snakes.model_lines import EVERY, INNER
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
-Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class Ruler:
     """A sketch made ready to be compared with many faces.
 
-    box : (left, top, right, bottom), pixels of the drawing, that is measured in
+    box : pixels of the drawing, that is measured in
     lines : (h, w) bool, the sketch's lines there, a cell wide
     distance : (h, w) cells to the nearest of them       cell : pixels of the drawing per cell
     reach : cells at which every distance is cut
@@ -49,7 +49,7 @@ class Ruler:
 def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
     """Prepare a drawing (h, w; 1 is paper) for `contour_error` within `box`.
 
-    box : (left, top, right, bottom), pixels;  reach : pixels.
+    box : pixels;  reach : pixels.
     """
     left, top, right, bottom = (int(round(x)) for x in box)
     size = np.array([max(bottom - top, 2), max(right - left, 2)])
@@ -69,7 +69,7 @@ def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
     if page.max() > page.min():
         lines = skeletonize(page < threshold_otsu(page))
     return Ruler(
-        (left, top, right, bottom), lines, distance_transform_edt(~lines), cell, reach / cell
+        Box(left, top, right, bottom), lines, distance_transform_edt(~lines), cell, reach / cell
     )
 
 
@@ -122,7 +122,7 @@ class Comparison:
         start = perf_counter()
         template = self.rig.pose(self.template), self.place(self.template)
         box = head_box(*template)
-        reach = self.max_delta * (box[3] - box[1]) / WORKING_SIZE[1]
+        reach = self.max_delta * box.height / WORKING_SIZE[1]
         measured = ruler(self.drawing, box, reach)
         lines = {
             "template": face_contours(self.rig, *template).lines,

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from facs_rig import CONTROL_NAMES, LANDMARKS, MAX_INTENSITY
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 from facs_rig.common.settings import check_settings, setting
 from facs_rig.parameters import nearest
@@ -36,7 +37,7 @@ class FitOptions:
     """
 
     tweakables: Tweakables = field(default_factory=Tweakables)
-    align: str | None = None
+    align: Box | str | None = None
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     expression: Mapping[str, float] = field(default_factory=dict)
     method: str = setting("lines", "The method", choices=METHODS)

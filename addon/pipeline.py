@@ -28,6 +28,7 @@ from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
@@ -162,7 +163,7 @@ def fit(
 
 def read_expression(
     sketch: str | Path | Drawing | NDArray,
-    align: str | None = None,
+    align: Box | str | None = None,
     detector: Detector | None = None,
 ) -> FaceParameters:
     """What the face in a sketch does, expression and head, without building it.
@@ -227,7 +228,7 @@ def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
 
 
 def _detect(
-    drawing: Drawing, align: str | None, detector: Detector | None
+    drawing: Drawing, align: Box | str | None, detector: Detector | None
 ) -> tuple[Drawing, Detection]:
     """What is read from a drawing, and the drawing stood upright. InputError if it is no face."""
     head = head_in(drawing, align)

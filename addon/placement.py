@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.drawing import Drawing
-from classifiers.preprocess import Crop
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
-from snakes import HEAD, align, head_box, parse_box
+from snakes import HEAD, align, head_box
 
-Box = tuple[float, float, float, float]
 Places = Mapping[str, tuple[float, float]]
 
 SMALLEST = 32  # px of the drawing: a head of fewer has no features left
@@ -28,7 +27,7 @@ FARTHEST = 0.5  # heads around the head that was found, where its pins may be
 APART = 0.25  # heads between a pin and its place on the fitted face
 
 
-def head_in(drawing: Drawing, text: str | None) -> Crop | None:
+def head_in(drawing: Drawing, text: Box | str | None) -> Box | None:
     """The part of `drawing.image` that 'left,top,right,bottom' names, in pixels of the picture
     that was handed in; None where the head is looked for.
 
@@ -61,7 +60,7 @@ def head_in(drawing: Drawing, text: str | None) -> Crop | None:
     ]
     if float((inside < 0.5).mean()) < LEAST_INK:
         raise InputError(f"There is nothing drawn in the head's box '{text}'.")
-    return Crop(left, top, wide, high)
+    return Box.at(left, top, wide, high)
 
 
 def pins_in(drawing: Drawing, pins: Places) -> dict[str, tuple[float, float]]:
@@ -74,7 +73,7 @@ def camera_for(
     drawing: Drawing,
     rig: FaceRig,
     parameters: FaceParameters,
-    box: str | None,
+    box: Box | str | None,
     landmarks: Places,
     pins: Places,
 ) -> Camera:
@@ -148,9 +147,9 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
             )
 
 
-def _box(drawing: Drawing, text: str) -> Box:
+def _box(drawing: Drawing, text: Box | str) -> Box:
     """The head's box in pixels of `drawing.image`."""
-    left, top, right, bottom = parse_box(text)
+    left, top, right, bottom = Box.parse(text) if isinstance(text, str) else text
     corners = drawing.to_image([(left, top), (right, bottom)])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+    return Box(float(low[0]), float(low[1]), float(high[0]), float(high[1]))

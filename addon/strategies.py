@@ -14,6 +14,7 @@ from addon.placement import apart, check_pins, pins_in
 from classifiers import Detection
 from classifiers.detector import CLOSE
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from snakes import Evidence, Lines, PinsApart, fit_lines
 
 # A drawing that the detector believes to be a face with less than this has no landmarks to go by.
@@ -26,7 +27,7 @@ class Fitted:
 
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
     camera : that of the drawing
-    box : (left, top, right, bottom) pixels of the drawing, where its lines were looked for
+    box : pixels of the drawing, where its lines were looked for
     drawn : these lines      model : the face's own before its skin was moved
     Both are None where the method did without; `addon.measure` works them out when asked for.
     """
@@ -35,7 +36,7 @@ class Fitted:
     offsets: NDArray[np.float32]
     vertices: NDArray[np.float32]
     camera: Camera
-    box: tuple[float, float, float, float]
+    box: Box
     drawn: Lines | None = None
     model: Lines | None = None
 

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
+from facs_rig.common.images import area_resample
 
 from .conflicts import settle
 from .finding import Face, echo, faces_on, squared, widened
@@ -26,16 +28,7 @@ from .plausible import (
     trouble,
     upright,
 )
-from .preprocess import (
-    Crop,
-    Floats,
-    area_resample,
-    as_page,
-    bounding_landmarks,
-    even_ink,
-    face_box,
-    ink_box,
-)
+from .preprocess import Floats, as_page, bounding_landmarks, even_ink, face_box, ink_square
 from .runtime import DESCRIPTION, FORMAT, THREADS, WEIGHTS, Answers, Runtime, sigmoid
 
 __all__ = [
@@ -179,7 +172,7 @@ class Reading:
     landmarks: NDArray[np.float64]
     spreads: NDArray[np.float64]
     face: float
-    box: Crop
+    box: Box
     others: tuple[Face, ...] = ()
     apart: float = 0.0
     nose: float = 1.0
@@ -209,7 +202,7 @@ class Detector:
         self._thresholds = {name: float(self.model["thresholds"][name]) for name in self.aus}
         self._face_temperature = float(self.model["face_temperature"])
 
-    def detect(self, drawing: NDArray, head: Crop | None = None) -> Detection:
+    def detect(self, drawing: NDArray, head: Box | None = None) -> Detection:
         """Read a drawing (h, w) float, 1 = paper and 0 = ink.
 
         head : where to look for the face, in its pixels, instead of wherever there is ink; what is
@@ -239,7 +232,7 @@ class Detector:
         intensities = settle(strong, probabilities)
         yaw, pitch, roll = reading.angles.tolist()
         face = float(sigmoid(np.array(reading.face / self._face_temperature)))
-        upright = reading.box.to_crop(reading.landmarks[self._bounding])[:, 1]
+        upright = reading.box.to_units(reading.landmarks[self._bounding])[:, 1]
         height = float(np.ptp(upright)) * reading.box.height
         # What the spread is learnt as is the mean of a distance: it is distributed exponentially.
         close = 1 - np.exp(-CLOSE * height / np.maximum(reading.spreads, 1e-9))
@@ -266,7 +259,7 @@ class Detector:
         return logits / self._temperatures + self._offsets
 
     def read(
-        self, page: Floats, head: Crop | None = None, turns: Sequence[float] = TURNS
+        self, page: Floats, head: Box | None = None, turns: Sequence[float] = TURNS
     ) -> Reading:
         """Three looks at a page of ink (h, w).
 
@@ -277,7 +270,7 @@ class Detector:
         for the next smaller one, and in the end for all the ink. Where the face is in doubt, the
         same is done with the page turned by `turns`, radians, and the surest reading counts.
         """
-        whole = ink_box(page) if head is None else squared(head)
+        whole = ink_square(page) if head is None else squared(head)
         reading = self._read(page, whole)
         for turn in turns:
             if reading.face > SURE:
@@ -288,7 +281,7 @@ class Detector:
                 reading = turned
         return reading
 
-    def _read(self, page: Floats, whole: Crop) -> Reading:
+    def _read(self, page: Floats, whole: Box) -> Reading:
         """The three looks at a crop of the page, which may be turned."""
         first = self.look(area_resample(page, whole, self.size)[None])
         faces = faces_on(first.found[0], whole)
@@ -310,7 +303,7 @@ class Detector:
             third.logits[0],
             third.intensities[0],
             angles,
-            box.to_page(third.landmarks[0]),
+            box.to_pixels(third.landmarks[0]),
             np.exp(third.spreads[0].astype(float)) * box.width,
             float(first.face[0] + third.face[0]) / 2,
             box,
@@ -319,7 +312,7 @@ class Detector:
             nose_ink(crop, third.landmarks[0, self._nose_frame]),
         )
 
-    def _upright(self, page: Floats, room: Crop) -> tuple[Answers, Crop]:
+    def _upright(self, page: Floats, room: Box) -> tuple[Answers, Box]:
         """The second look: at a box, turned until the face in it is upright; and that box."""
         seen = self.look(area_resample(page, room, self.size)[None])
         for _ in range(ROUNDS):
@@ -330,14 +323,14 @@ class Detector:
             seen = self.look(area_resample(page, room, self.size)[None])
         return seen, room
 
-    def _face_in(self, seen: Answers, crop: Crop, least: float) -> Crop | None:
+    def _face_in(self, seen: Answers, crop: Box, least: float) -> Box | None:
         """The box of the landmarks that were seen in a crop, unless they are all in one spot."""
         flat = replace(crop, turn=0.0)
-        box = face_box(flat.to_page(seen.landmarks[0, self._bounding]))
-        middle = crop.to_page(flat.to_crop(np.array(box.middle)))
+        box = face_box(flat.to_pixels(seen.landmarks[0, self._bounding]))
+        middle = crop.to_pixels(flat.to_units(np.array(box.middle)))
         if box.width < least * crop.width:
             return None
-        return Crop.square(middle, box.width, crop.turn)
+        return Box.square(middle, box.width, crop.turn)
 
     def look(self, crops: Floats) -> Answers:
         """Run the networks on crops (b, size, size) of ink; lengths come in crop units."""

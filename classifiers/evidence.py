@@ -14,10 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.box import Box
+from facs_rig.common.images import area_resample
+
 from .detector import Detection, Detector
 from .labels import mirror_order
 from .plausible import turned, upright
-from .preprocess import Crop, Floats, area_resample, as_page, even_ink
+from .preprocess import Floats, as_page, even_ink
 
 GRIDS = (5, 10)  # patches along a side, once for long creases and once for where exactly
 SOFTNESS = 0.6  # a patch's standard deviation, in the distance of two patches
@@ -39,21 +42,21 @@ class Evidence:
 
     detection: Detection
     shape: tuple[int, int]
-    box: Crop
+    box: Box
     maps: dict[str, Floats]
 
     def on_page(self, name: str) -> Floats:
         """The map of a control in the drawing's pixels: (h, w) float32, 0 outside the face."""
         height, width = self.shape
-        return self.within(name, Crop(0, 0, width, height), self.shape)
+        return self.within(name, Box.at(0, 0, width, height), self.shape)
 
-    def within(self, name: str, view: Crop, shape: tuple[int, int]) -> Floats:
+    def within(self, name: str, view: Box, shape: tuple[int, int]) -> Floats:
         """The map of a control as a picture (h, w) float32 of a rectangle of the drawing."""
         height, width = shape
         heat = self.maps[name]
         if view.turn != self.box.turn:
             return _sampled(heat, self.box, view, shape)
-        ends = view.to_crop(self.box.to_page(np.array([(0.0, 0.0), (1.0, 1.0)])))
+        ends = view.to_units(self.box.to_pixels(np.array([(0.0, 0.0), (1.0, 1.0)])))
         (left, top), (right, bottom) = ends.tolist()
         rows = _spread(len(heat), height, top * height, (bottom - top) * height)
         columns = _spread(len(heat), width, left * width, (right - left) * width)
@@ -64,7 +67,7 @@ def evidence(
     drawing: NDArray,
     detector: Detector,
     progress: Progress | None = None,
-    head: Crop | None = None,
+    head: Box | None = None,
 ) -> Evidence:
     """Read a drawing (h, w) float, 1 = paper and 0 = ink, and find out what the answers rest on.
 
@@ -129,11 +132,11 @@ def _spread(cells: int, pixels: int, start: float, length: float) -> NDArray[np.
     return weights * ((place >= -0.5) & (place <= cells - 0.5))[:, None]
 
 
-def _sampled(heat: Floats, box: Crop, view: Crop, shape: tuple[int, int]) -> Floats:
+def _sampled(heat: Floats, box: Box, view: Box, shape: tuple[int, int]) -> Floats:
     """A map (s, s) over a box as a picture (h, w) of a view that is turned otherwise."""
     height, width = shape
     v, u = (np.indices(shape) + 0.5).reshape(2, -1)
-    place = box.to_crop(view.to_page(np.stack([u / width, v / height], axis=1)))
+    place = box.to_units(view.to_pixels(np.stack([u / width, v / height], axis=1)))
     seen = ((place >= 0) & (place <= 1)).all(axis=1)
     near = np.clip(place * len(heat) - 0.5, 0, len(heat) - 1)
     first = np.minimum(near.astype(int), len(heat) - 2)

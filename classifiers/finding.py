@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .preprocess import Crop
+from facs_rig.common.box import Box
+
 from .runtime import sigmoid
 
 SURE = 0.5  # a cell that is less sure of a face is not heard
@@ -21,7 +22,7 @@ class Face:
     """A face on a page: its box from chin to forehead in the page's pixels (it may reach over the
     edge; turned if the face is), and how probable it is that there is one."""
 
-    box: Crop
+    box: Box
     probability: float
 
     @property
@@ -29,13 +30,13 @@ class Face:
         """Left, top, right, bottom of the box; of the upright one around it, if it is turned."""
         box = self.box
         if box.turn:
-            every = box.to_page(np.array([(0, 0), (1, 0), (0, 1), (1, 1)]))
+            every = box.to_pixels(np.array([(0, 0), (1, 0), (0, 1), (1, 1)]))
             (left, top), (right, bottom) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
             return left, top, right, bottom
         return box.left, box.top, box.left + box.width, box.top + box.height
 
 
-def faces_on(found: NDArray, crop: Crop) -> list[Face]:
+def faces_on(found: NDArray, crop: Box) -> list[Face]:
     """The faces in a crop of a page, the largest first.
 
     found : (c, c, 4) of each cell of the crop: logit that a face's middle lies there, u and v of
@@ -53,18 +54,18 @@ def faces_on(found: NDArray, crop: Crop) -> list[Face]:
     # At a corner between four cells even a certain face was taught as half a one.
     taught = np.exp(-np.square(offset).sum(axis=1) / (2 * BELL**2))
     probability = np.minimum(sigmoid(logit[v, u]) / taught, 1.0)
-    middle = crop.to_page((np.stack([u, v], axis=1) + 0.5 + offset) / cells)
+    middle = crop.to_pixels((np.stack([u, v], axis=1) + 0.5 + offset) / cells)
     share = np.exp(np.clip(found[v, u, 3].astype(float), np.log(SMALLEST), np.log(LARGEST)))
     side = share * np.sqrt(crop.width * crop.height)
     faces: list[Face] = []
     for k in np.argsort(-probability, kind="stable"):
-        box = Crop.square(middle[k], float(side[k]), crop.turn)
+        box = Box.square(middle[k], float(side[k]), crop.turn)
         if probability[k] >= SURE and not any(echo(box, face.box) for face in faces):
             faces.append(Face(box, float(probability[k])))
     return sorted(faces, key=lambda face: -face.box.width)
 
 
-def echo(one: Crop, other: Crop) -> bool:
+def echo(one: Box, other: Box) -> bool:
     """Whether two boxes cover each other so much that they must be of the same face."""
     width = min(one.left + one.width, other.left + other.width) - max(one.left, other.left)
     height = min(one.top + one.height, other.top + other.height) - max(one.top, other.top)
@@ -72,14 +73,14 @@ def echo(one: Crop, other: Crop) -> bool:
     return max(width, 0.0) * max(height, 0.0) > COVERED * smaller
 
 
-def widened(box: Crop, factor: float) -> Crop:
+def widened(box: Box, factor: float) -> Box:
     """The box, larger by a factor about its middle."""
     width, height = factor * box.width, factor * box.height
     left, top = box.left - (width - box.width) / 2, box.top - (height - box.height) / 2
-    return Crop(left, top, width, height, box.turn)
+    return Box.at(left, top, width, height, box.turn)
 
 
-def squared(box: Crop) -> Crop:
+def squared(box: Box) -> Box:
     """The smallest square around a box, about its middle."""
     middle = box.left + box.width / 2, box.top + box.height / 2
-    return Crop.square(middle, max(box.width, box.height))
+    return Box.square(middle, max(box.width, box.height))

@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.common.box import Box
+from facs_rig.common.images import area_resample
+
 from .finding import squared
-from .preprocess import Crop, Floats, area_resample, ink_box
+from .preprocess import Floats, ink_square
 
 if TYPE_CHECKING:
     from .detector import Detector, Reading
@@ -70,7 +73,7 @@ def nose_ink(crop: Floats, frame: NDArray) -> float:
     return float(np.minimum(crop[here] / darkest, 1).mean()) if here.any() else 0.0
 
 
-def upright(detector: Detector, page: Floats, head: Crop | None = None) -> tuple[int, Reading]:
+def upright(detector: Detector, page: Floats, head: Box | None = None) -> tuple[int, Reading]:
     """The quarter turns anticlockwise (`np.rot90`) that stand a page of ink (h, w) upright, and
     what is read then. head : where to look, in pixels of the page as it lies
 
@@ -102,9 +105,9 @@ def upright(detector: Detector, page: Floats, head: Crop | None = None) -> tuple
     return best
 
 
-def _worth_reading(detector: Detector, page: Floats, head: Crop | None) -> Sequence[int]:
+def _worth_reading(detector: Detector, page: Floats, head: Box | None) -> Sequence[int]:
     """The turns in which a first look sees a face, the surest first."""
-    whole = ink_box(page) if head is None else squared(head)
+    whole = ink_square(page) if head is None else squared(head)
     crop = area_resample(page, whole, detector.size)
     faces = detector.look(np.stack([np.rot90(crop, turn) for turn in (1, 2, 3)])).face
     return [int(k) + 1 for k in np.argsort(-faces, kind="stable") if faces[k] > 0]
@@ -115,10 +118,10 @@ def turned(page: Floats, turn: int) -> Floats:
     return np.ascontiguousarray(np.rot90(page, turn))
 
 
-def turned_crop(crop: Crop, shape: Sequence[int], turn: int) -> Crop:
+def turned_crop(crop: Box, shape: Sequence[int], turn: int) -> Box:
     """Where a rectangle of a page (h, w) lies once the page is turned."""
     (height, width), box = shape, crop
     for _ in range(turn % 4):
-        box = Crop(box.top, width - box.left - box.width, box.height, box.width)
+        box = Box.at(box.top, width - box.left - box.width, box.height, box.width)
         height, width = width, height
     return box

@@ -1,4 +1,4 @@
-from .alignment import align, align_box, align_landmarks, ink_box, parse_box
+from .alignment import align, align_box, align_landmarks, ink_box
 from .contours import head_box
 from .engraving import engrave
 from .fit import Fit, fit_offsets
@@ -44,7 +44,6 @@ __all__ = [
     "fit_offsets",
     "head_box",
     "ink_box",
-    "parse_box",
     "polylines",
     "unmatched_lines",
 ]

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 
-from .contours import Box, binarise
+from .contours import binarise
 
-__all__ = ["align", "align_box", "align_landmarks", "head_mask", "ink_box", "parse_box"]
+__all__ = ["align", "align_box", "align_landmarks", "head_mask", "ink_box"]
 
 ROUNDS = 20
 SPECK = 0.02
@@ -40,7 +41,7 @@ def align(
     drawing : (h, w) float, 1 is paper, 0 is ink
     landmarks : name -> (u, v) in pixels of the drawing, optional
         Names as in facs_rig.LANDMARKS; at least three make an alignment.
-    box : (left, top, right, bottom) or 'left,top,right,bottom' in pixels, optional
+    box : in pixels, or as the text 'left,top,right,bottom', optional
         Where the head is, from crown to chin and side to side; overrides everything else.
 
     Without box and landmarks the extent of the ink is used. Raises ValueError when the box is not
@@ -55,13 +56,13 @@ def align(
         return align_landmarks(points, model, (width, height))
     vertices = rig.pose(parameters)
     if box is not None:
-        wanted = parse_box(box) if isinstance(box, str) else parse_box(",".join(map(str, box)))
+        wanted = Box.parse(box) if isinstance(box, str) else Box(*box)
         return align_box(wanted, vertices[head_mask(rig, vertices)], (width, height))
     wanted = ink_box(drawing)
     # A sketch may or may not show the neck: take what has the more similar proportions.
     skin = rig.parts["skin"]
     choices = [vertices[head_mask(rig, vertices)], vertices[skin]]
-    proportion = math.log((wanted[2] - wanted[0]) / (wanted[3] - wanted[1]))
+    proportion = math.log(wanted.width / wanted.height)
     off = [abs(math.log(np.ptp(some[:, 0]) / np.ptp(some[:, 1])) - proportion) for some in choices]
     return align_box(wanted, choices[int(np.argmin(off))], (width, height))
 
@@ -125,10 +126,10 @@ def align_box(box: Box, vertices: NDArray[np.floating], size: tuple[int, int]) -
     """
     low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
     extent = high - low
-    wanted = np.array([box[2] - box[0], box[3] - box[1]])
+    wanted = np.array([box.width, box.height])
     scale = float((extent * wanted).sum() / (extent**2).sum())
     middle = (low + high) / 2
-    centre = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - scale * middle * [1.0, -1.0]
+    centre = np.array(box.middle) - scale * middle * [1.0, -1.0]
     return Camera(size[0], size[1], (scale, scale), (float(centre[0]), float(centre[1])))
 
 
@@ -155,27 +156,7 @@ def ink_box(drawing: NDArray[np.floating]) -> Box:
     longest = np.maximum(extents[:, 1] - extents[:, 0], extents[:, 3] - extents[:, 2])
     lines = extents[longest >= min(SPECK * max(drawing.shape), longest.max())]
     left, right = lines[:, 2].min(), lines[:, 3].max()
-    return float(left), float(lines[:, 0].min()), float(right), float(lines[:, 1].max())
-
-
-def parse_box(text: str) -> Box:
-    """Read 'left,top,right,bottom' in pixels; raises ValueError with one sentence if it is not."""
-    try:
-        values = [float(value) for value in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != 4 or not all(math.isfinite(value) for value in values):
-        raise InputError(
-            "The head's box is given as left,top,right,bottom in pixels of the sketch, "
-            f"not as {text!r}."
-        )
-    left, top, right, bottom = values
-    if right <= left or bottom <= top:
-        raise InputError(
-            f"The head's box {text!r} is empty: its right and bottom must lie beyond its left "
-            "and top."
-        )
-    return left, top, right, bottom
+    return Box(float(left), float(lines[:, 0].min()), float(right), float(lines[:, 1].max()))
 
 
 def _vertex(rig: FaceRig, landmark: str) -> int:

@@ -19,14 +19,15 @@ from skimage.measure import find_contours, perimeter
 from skimage.morphology import closing, thin
 
 from facs_rig import Camera
+from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
+from facs_rig.common.images import area_resample
 from facs_rig.common.polylines import line_length
 
 from .tweakables import WORKING_SIZE
 
 __all__ = [
     "binarise",
-    "crop_resized",
     "cut_at_corners",
     "find_lines",
     "head_box",
@@ -43,8 +44,6 @@ CORNER_COSINE = -0.2
 MARGIN = 0.06
 """Room around the projected face, as a fraction of its width and height."""
 
-Box = tuple[float, float, float, float]
-
 
 def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
     """The crop: the box around the projected face (n, 3) and some room, in the camera's pixels.
@@ -55,10 +54,7 @@ def head_box(posed: NDArray[np.floating], camera: Camera) -> Box:
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     if (high < 0).any() or low[0] > camera.width or low[1] > camera.height:
         raise InputError("The face is outside the sketch; check the alignment.")
-    room = MARGIN * (high - low)
-    left, top = low - room
-    right, bottom = high + room
-    return float(left), float(top), float(right), float(bottom)
+    return Box.around(pixels).grown(MARGIN)
 
 
 def working_drawing(
@@ -74,7 +70,7 @@ def working_drawing(
     ----------
     drawing : (h, w) float
         1 is paper, 0 is ink.
-    box : (left, top, right, bottom), pixels of the drawing
+    box : in pixels of the drawing
         May reach beyond the drawing; there is paper outside.
     size : (width, height) of the result in pixels
 
@@ -84,35 +80,12 @@ def working_drawing(
     """
     image = _checked(drawing)
     width, height = size
-    cell_u, cell_v = (box[2] - box[0]) / width, (box[3] - box[1]) / height
+    cell_u, cell_v = box.width / width, box.height / height
     line = _line_width(image)
     spread = (_odd(cell_v - line + 1.0), _odd(cell_u - line + 1.0))
     if max(spread) > 1:
         image = minimum_filter(image, size=spread, mode="constant", cval=1.0)
-    return crop_resized(image, box, size)
-
-
-def crop_resized(
-    image: NDArray[np.floating], box: Box, size: tuple[int, int], outside: float = 1.0
-) -> NDArray[np.float32]:
-    """Average `image` over the cells of a size[0] x size[1] grid that fills `box`.
-
-    The average over a cell is exact, also where the cell cuts pixels (the summed-area table is
-    read between its samples). Outside the image everything is `outside`. Raises ValueError when
-    the box is empty.
-    """
-    left, top, right, bottom = (float(value) for value in box)
-    if not (right > left and bottom > top):
-        raise InputError(
-            f"The box {left:g},{top:g},{right:g},{bottom:g} is empty: its right and bottom must "
-            "lie beyond its left and top."
-        )
-    ink = np.asarray(image, dtype=np.float64) - outside
-    rows = np.linspace(top, bottom, size[1] + 1)
-    columns = np.linspace(left, right, size[0] + 1)
-    summed = _integral(_integral(ink, rows).T, columns).T
-    cell = (right - left) * (bottom - top) / (size[0] * size[1])
-    return (summed / cell + outside).astype(np.float32)
+    return area_resample(image, box, size, outside=1.0)
 
 
 def binarise(drawing: NDArray[np.floating]) -> NDArray[np.bool_]:
@@ -194,15 +167,6 @@ def cut_at_corners(line: NDArray[np.float64], shortest: int = 5) -> list[NDArray
         for piece, following in zip(pieces, [*pieces[1:], points[:0]], strict=True)
     ]
     return [piece for piece in pieces if len(piece) >= shortest]
-
-
-def _integral(values: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Integrate the rows of `values` (n, m), zero beyond them, between neighbouring `edges`."""
-    summed = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    at = np.clip(edges, 0.0, values.shape[0])
-    below = np.minimum(at.astype(np.intp), values.shape[0] - 1)
-    part = (at - below)[:, None]
-    return np.diff(summed[below] * (1.0 - part) + summed[below + 1] * part, axis=0)
 
 
 def _line_width(image: NDArray[np.float32]) -> float:

@@ -11,10 +11,11 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from facs_rig.common.polylines import line_length
 
 from .active import FEWEST, relax
-from .contours import Box, cut_at_corners, find_lines, head_box, working_drawing
+from .contours import cut_at_corners, find_lines, head_box, working_drawing
 from .deltas import PixelDeltas, consistent, direct, on_line, pixel_deltas, runs
 from .mapping import pixels_to_vertices, world_moves
 from .offsets import merge_handles, proportional_edit, reach_of, symmetrise
@@ -50,7 +51,7 @@ class Fit:
     contours, snakes : lists of (k, 2) float64, each contour before and after it settled
     used : list of (k,) bool, the snake points whose delta counts
     deltas : PixelDeltas in pixels of the working image, those that were applied
-    box : (left, top, right, bottom), the crop
+    box : the crop
     drawing, render : (200, 91) float32, the two working images
     timings_s : seconds for each step
     """
@@ -94,7 +95,7 @@ def fit_offsets(
     clock = _Clock()
     posed = rig.pose(parameters)
     box = head_box(posed, camera)
-    small = camera.cropped(*box, *WORKING_SIZE)
+    small = camera.cropped(box.left, box.top, box.right, box.bottom, *WORKING_SIZE)
     render = expression_render(rig, posed, small)
     clock.lap("render")
 
@@ -115,9 +116,9 @@ def fit_offsets(
     offsets = _apply(found, rig, parameters, posed, render.movable, small, settings)
     clock.lap("offsets")
 
-    cell = np.array([(box[2] - box[0]) / WORKING_SIZE[0], (box[3] - box[1]) / WORKING_SIZE[1]])
-    corner = np.array(box[:2])
-    shortest = SHORTEST_UNMATCHED * (box[3] - box[1])
+    cell = np.array([box.width, box.height]) / WORKING_SIZE
+    corner = np.array([box.left, box.top])
+    shortest = SHORTEST_UNMATCHED * box.height
     lost = strays + [
         contour[part]
         for contour, taken in zip(contours, used, strict=True)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.common.box import Box
 from facs_rig.common.polylines import line_length
 
-from .contours import Box, head_box
+from .contours import head_box
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
@@ -41,7 +42,7 @@ class LineFit:
 
     parameters, camera : with identity, head and intensities as the lines have them
     offsets : (n, 3) float32, metres, head upright, for FaceRig.shape
-    box : (left, top, right, bottom) pixels of the drawing, where its lines were looked for
+    box : pixels of the drawing, where its lines were looked for
     drawn : these lines      model : the face's before the offsets; None where it has none
     timings_s : seconds for each step
     """
@@ -88,7 +89,7 @@ def fit_lines(
     laps.append(time.perf_counter())
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:
-        most = settings.max_delta * (box[3] - box[1]) / WORKING_SIZE[1] / camera.scale[0]
+        most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
         offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, evidence.pins)
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skimage.morphology import skeletonize
 
-from .contours import Box, binarise, working_drawing
+from facs_rig.common.box import Box
+
+from .contours import binarise, working_drawing
 
 __all__ = [
     "HEAD", "Lines", "SurfaceLines", "centre_lines", "directions", "nearest_lines", "paths",
@@ -68,16 +70,16 @@ class SurfaceLines:
 def centre_lines(drawing: NDArray[np.floating], box: Box) -> Lines:
     """The middle of every stroke of a drawing (h, w; 1 is paper) within a box, a point a cell.
 
-    box : (left, top, right, bottom), pixels; it is looked at in HEIGHT rows, at most its own.
+    box : pixels of the drawing; it is looked at in HEIGHT rows, at most its own.
     """
-    high = max(box[3] - box[1], 1.0)
+    high = max(box.height, 1.0)
     cell = max(high / HEIGHT, 1.0)
-    size = max(int((box[2] - box[0]) / cell), 1), max(int(high / cell), 1)
+    size = max(int(box.width / cell), 1), max(int(high / cell), 1)
     ink = binarise(working_drawing(drawing, box, size))
     v, u = np.nonzero(skeletonize(np.pad(ink, 1))[1:-1, 1:-1])
-    cells = np.array([(box[2] - box[0]) / size[0], high / size[1]])
+    cells = np.array([box.width / size[0], high / size[1]])
     points = np.stack([u, v], axis=1) + 0.5
-    return Lines(points * cells + box[:2], directions(points))
+    return Lines(points * cells + [box.left, box.top], directions(points))
 
 
 def directions(points: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -82,7 +82,7 @@ def _shown(
     """
     box = head_box(posed, camera)
     left, top, right, bottom = box
-    small = camera.cropped(*box, *WORKING_SIZE)
+    small = camera.cropped(box.left, box.top, box.right, box.bottom, *WORKING_SIZE)
     cell = np.array([(right - left) / small.width, (bottom - top) / small.height])
     lines, places = expression_render(rig, posed, small).lines, (pixels - [left, top]) / cell
     beside = [places + step for step in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]

@@ -15,8 +15,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from PIL import Image
 
+from facs_rig.common.box import Box
+from facs_rig.common.images import area_resample
+
 from ..labels import mirror_order
-from ..preprocess import Crop, area_resample, bounding_landmarks, even_ink, face_box, ink_box
+from ..preprocess import bounding_landmarks, even_ink, face_box, ink_square
 from . import scribbles
 from .negatives import faceless
 from .scribbles import Frame, Pen
@@ -192,7 +195,7 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
     return np.array(image)
 
 
-def jittered(points: NDArray, spread: float, rng: Generator) -> Crop:
+def jittered(points: NDArray, spread: float, rng: Generator) -> Box:
     """The face's box, as far off as the look before may be (`spread` 1: landmarks), stretched."""
     box = face_box(points)
     stretch = float(np.exp(rng.uniform(-0.12, 0.12) / 2))
@@ -200,14 +203,14 @@ def jittered(points: NDArray, spread: float, rng: Generator) -> Crop:
     width, height = box.width * scale * stretch, box.height * scale / stretch
     centre_u = box.left + box.width * (0.5 + rng.normal(0, 0.03 * spread))
     centre_v = box.top + box.height * (0.5 + rng.normal(0, 0.03 * spread))
-    return Crop(centre_u - width / 2, centre_v - height / 2, width, height)
+    return Box.at(centre_u - width / 2, centre_v - height / 2, width, height)
 
 
-def first_look(ink: Ink, points: NDArray, rng: Generator) -> Crop:
+def first_look(ink: Ink, points: NDArray, rng: Generator) -> Box:
     """The box of all ink, or a rectangle in which the face takes a smaller part, somewhere."""
     box = face_box(points)
     if rng.random() < 0.4:
-        around = ink_box(ink.astype(np.float32))
+        around = ink_square(ink.astype(np.float32))
         if around.width > 0.8 * box.width:
             return around
     side = box.width / float(np.exp(rng.uniform(np.log(SMALLEST), 0)))
@@ -215,12 +218,12 @@ def first_look(ink: Ink, points: NDArray, rng: Generator) -> Crop:
     width, height = side * stretch, side / stretch
     offset = np.array([width, height]) * rng.uniform(0, 1, 2) - box.width / 2
     offset = np.clip(offset, -0.15 * box.width, np.array([width, height]) - 0.85 * box.width)
-    return Crop(box.left - offset[0], box.top - offset[1], width, height)
+    return Box.at(box.left - offset[0], box.top - offset[1], width, height)
 
 
 def crowd(
-    ink: Ink, box: Crop, another: Callable[[], tuple[Ink, NDArray]], rng: Generator
-) -> tuple[Ink, NDArray, list[Crop]]:
+    ink: Ink, box: Box, another: Callable[[], tuple[Ink, NDArray]], rng: Generator
+) -> tuple[Ink, NDArray, list[Box]]:
     """Other, smaller faces beside that of a page: the larger page, the shift (2,), their boxes.
 
     box : of the face on the page;  another : a drawing (h, w), 255 = paper, and the points (m, 2)
@@ -231,7 +234,7 @@ def crowd(
     page = np.zeros(large, np.uint8)
     shift = (rng.uniform(0, 1, 2) * (page.shape[1] - width, page.shape[0] - height)).astype(int)
     page[shift[1] : shift[1] + height, shift[0] : shift[0] + width] = ink
-    taken = [Crop(box.left + shift[0], box.top + shift[1], box.width, box.height)]
+    taken = [Box.at(box.left + shift[0], box.top + shift[1], box.width, box.height)]
     for _ in range(int(rng.integers(1, MOST_FACES))):
         drawing, points = another()
         own = face_box(points)
@@ -241,7 +244,7 @@ def crowd(
         small = np.uint8(255) - np.array(resized, np.uint8)
         for _ in range(8):  # places until one keeps clear of the faces that are there
             u, v = (rng.uniform(-0.2, 1, 2) * page.shape[::-1]).astype(int)
-            there = Crop(own.left * scale + u, own.top * scale + v, *(own.width * scale,) * 2)
+            there = Box.at(own.left * scale + u, own.top * scale + v, *(own.width * scale,) * 2)
             inside = there.within(page.shape)
             if inside and all(there.apart(other) for other in taken):
                 lay_on(page, small, u, v)
@@ -349,9 +352,9 @@ def example(
     if kind == NO_FACE:
         ink = worn(faceless(rng, np.uint8(255) - drawing), rng)
         crop = (
-            ink_box(ink.astype(np.float32))
+            ink_square(ink.astype(np.float32))
             if rng.random() < 0.6
-            else Crop.square(
+            else Box.square(
                 rng.uniform(0.3, 0.7, 2) * ink.shape[0], ink.shape[0] * rng.uniform(0.4, 1.2)
             )
         )
@@ -359,7 +362,7 @@ def example(
         folds = bool(np.any(intensity[names.folded] >= 1.5))
         ink, page_points, turn = artistic_page(drawing, points, folds, names, rng)
         bounds = page_points[names.bounding]
-        others: list[Crop] = []
+        others: list[Box] = []
         if kind == FAR and another and rng.random() < CROWDS:
 
             def stranger() -> tuple[Ink, NDArray]:
@@ -368,14 +371,14 @@ def example(
 
             ink, shift, others = crowd(ink, face_box(bounds), stranger, rng)
             bounds, page_points = bounds + shift, page_points + shift
-            crop = ink_box(ink.astype(np.float32))
+            crop = ink_square(ink.astype(np.float32))
         elif kind == FAR:
             crop = first_look(ink, bounds, rng)
         else:
             crop = jittered(bounds, 1.0 if kind == NEAR else 2.5, rng)
-        points = crop.to_crop(page_points).astype(np.float32)
+        points = crop.to_units(page_points).astype(np.float32)
         for k, box in enumerate([face_box(bounds), *others]):
-            middle = crop.to_crop(np.array([box.left + box.width / 2, box.top + box.height / 2]))
+            middle = crop.to_units(np.array([box.left + box.width / 2, box.top + box.height / 2]))
             boxes[k] = *middle, box.width / np.sqrt(crop.width * crop.height)
         if turn:
             angles = np.array(rotated_in_picture(angles, turn), np.float32)

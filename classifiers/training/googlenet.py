@@ -27,8 +27,9 @@ from torch.nn import functional as F  # noqa: N812
 
 from facs_rig import CONTROL_NAMES
 from facs_rig.common.errors import InputError
+from facs_rig.common.images import area_resample
 
-from ..preprocess import Floats, area_resample, even_ink, ink_box
+from ..preprocess import Floats, even_ink, ink_square
 from . import metrics, shards
 from .calibration import EVIDENCE
 from .common import Config, log, save, usable
@@ -109,7 +110,7 @@ class GoogLeNet(nn.Module):
 
 def whole_page(page: Floats, size: int) -> Floats:
     """What the network sees of a page of ink (h, w): the square around all of it, (size, size)."""
-    return even_ink(area_resample(page, ink_box(page), size))
+    return even_ink(area_resample(page, ink_square(page), size))
 
 
 def load_baseline(folder: Path) -> Baseline:

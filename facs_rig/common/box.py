@@ -55,6 +55,11 @@ class Box:
         return cls(float(left), float(top), float(right), float(bottom))
 
     @classmethod
+    def at(cls, left: float, top: float, width: float, height: float, turn: float = 0.0) -> Box:
+        """By its corner and its size."""
+        return cls(left, top, left + width, top + height, turn)
+
+    @classmethod
     def square(cls, middle: Iterable[float], side: float, turn: float = 0.0) -> Box:
         u, v = middle
         return cls(u - side / 2, v - side / 2, u + side / 2, v + side / 2, turn)

@@ -24,7 +24,10 @@ def area_resample(
 
     Exact for any real rectangle: a pixel counts with the area that it shares with a cell. Linear
     in the picture. A box that is turned is sampled at some points in each cell.
+    Raises ValueError for an empty box.
     """
+    if not (box.width > 0 and box.height > 0):
+        raise ValueError(f"the box {box} is empty: its right and bottom must lie beyond the others")
     width, height = (size, size) if isinstance(size, int) else size
     if outside:
         image = image - np.float32(outside)

@@ -18,8 +18,8 @@ from classifiers import load_detector
 from classifiers.evidence import evidence
 from classifiers.finding import Face
 from classifiers.plausible import NO_NOSE
-from classifiers.preprocess import Crop
 from facs_rig import DETECTED
+from facs_rig.common.box import Box
 from tests.classifiers import doodles
 from tests.classifiers.doodles import doodle
 
@@ -266,7 +266,7 @@ def couple(folder, drawing, found, monkeypatch):
     page[: height // 2, width:] = drawing[::2, ::2]
     Image.fromarray((255 * page).astype(np.uint8)).save("couple.png")
     box = found.box
-    small = Crop(box.left / 2 + width, box.top / 2, box.width / 2, box.height / 2)
+    small = Box.at(box.left / 2 + width, box.top / 2, box.width / 2, box.height / 2)
     faces = [Face(box, 0.9), Face(small, 0.8)]
 
     def inside(_, crop):

@@ -5,6 +5,7 @@ import pytest
 
 from addon.measure import contour_error, ruler
 from facs_rig import Camera, FaceParameters, load_rig
+from facs_rig.common.box import Box
 from snakes import face_lines
 
 
@@ -21,7 +22,7 @@ def line(height, scale=1.0):
     return scale * np.column_stack([u, np.full_like(u, height)])
 
 
-BOX = (0, 0, 100, 100)
+BOX = Box(0, 0, 100, 100)
 
 
 @pytest.mark.parametrize("shift", [0, 3, 7])
@@ -45,7 +46,7 @@ def test_a_line_without_counterpart_counts_the_same_wherever_the_face_is():
 
 def test_large_pages_are_measured_in_their_own_pixels():
     drawing = np.repeat(np.repeat(page([40, 41], 100), 16, axis=0), 16, axis=1)
-    r = ruler(drawing, (0, 0, 1600, 1600), reach=240)
+    r = ruler(drawing, Box(0, 0, 1600, 1600), reach=240)
     assert r.cell == 4
     assert contour_error(r, line(46.0, 16)) == pytest.approx(5 * 16, abs=8)
 

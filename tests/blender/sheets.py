@@ -6,6 +6,8 @@ import bpy
 import numpy as np
 from PIL import Image
 
+from facs_rig.common.box import Box
+
 
 def image_of(path, name: str = "Drawn") -> bpy.types.Image:
     """A picture file as an image of this file, painted rather than loaded."""
@@ -22,7 +24,7 @@ def lines_of(path) -> list[np.ndarray]:
 
     page = load_drawing(path).image
     height, width = page.shape
-    found = polylines(centre_lines(page, (0, 0, width, height)), 0.3)
+    found = polylines(centre_lines(page, Box(0, 0, width, height)), 0.3)
     return [(line * (1, -1) + (-width / 2, height / 2)) * 0.3 / height for line in found]
 
 

@@ -13,10 +13,11 @@ from classifiers import load_detector
 from classifiers.detector import Detector, Reading
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
-from classifiers.preprocess import FACE_MARGIN, Crop, as_page
+from classifiers.preprocess import FACE_MARGIN, as_page
 from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
 from classifiers.training import shards
 from facs_rig import DETECTED, LANDMARKS
+from facs_rig.common.box import Box
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,7 @@ def reading(**changes) -> Reading:
         "landmarks": np.zeros((len(LANDMARKS), 2)),
         "spreads": np.ones(len(LANDMARKS)),
         "face": 3.0,
-        "box": Crop(10, 20, 30, 30),
+        "box": Box.at(10, 20, 30, 30),
     }
     return Reading(**(nothing | changes))
 
@@ -125,9 +126,9 @@ def test_confidence_is_the_chance_to_be_within_two_percent_of_the_faces_height(d
 
 
 def test_the_others_on_the_page_are_told(detector):
-    other = Face(Crop(100, 0, 10, 10), 0.8)
+    other = Face(Box.at(100, 0, 10, 10), 0.8)
     alone = detector.interpret(reading())
-    assert alone.faces == (Face(Crop(10, 20, 30, 30), alone.face_probability),)
+    assert alone.faces == (Face(Box.at(10, 20, 30, 30), alone.face_probability),)
     assert alone.left_out() == ""
     two = detector.interpret(reading(others=(other,)))
     assert two.left_out().startswith("Another face is drawn on the page; the largest was read")
@@ -272,7 +273,7 @@ def test_a_face_may_be_cut_off_by_the_pages_edge(seeing):
 
 def test_where_the_head_is_can_be_told(seeing):
     page = page_with((150, 40, 120), (380, 180, 90))
-    found = seeing(Blobs()).detect(page, Crop(340, 160, 140, 135))
+    found = seeing(Blobs()).detect(page, Box.at(340, 160, 140, 135))
     assert_box(found.faces[0], 380, 180, 90)
     assert len(found.faces) == 1
 

@@ -9,9 +9,9 @@ from classifiers import load_detector
 from classifiers.detector import Detector
 from classifiers.evidence import Evidence, evidence, occlusion
 from classifiers.labels import mirror_order
-from classifiers.preprocess import Crop
 from classifiers.runtime import Answers
 from facs_rig import DETECTED, LANDMARKS
+from facs_rig.common.box import Box
 
 SMILE, FRONTALIS = DETECTED.index("smile"), DETECTED.index("frontalis")
 LEFT = DETECTED.index("grimace_left")
@@ -90,14 +90,14 @@ def test_maps_lie_on_the_drawing_that_was_read(detector):
 
 def test_a_map_is_carried_to_any_view(rng):
     coarse = rng.normal(0, 1, (8, 8)).astype(np.float32)
-    found = Evidence(None, (40, 60), Crop(10, 5, 32, 32), {"smile": coarse})  # type: ignore
-    exactly = found.within("smile", Crop(10, 5, 32, 32), (8, 8))
+    found = Evidence(None, (40, 60), Box.at(10, 5, 32, 32), {"smile": coarse})  # type: ignore
+    exactly = found.within("smile", Box.at(10, 5, 32, 32), (8, 8))
     np.testing.assert_allclose(exactly, coarse, atol=1e-6)
-    right = found.within("smile", Crop(26, 5, 32, 32), (8, 8))
+    right = found.within("smile", Box.at(26, 5, 32, 32), (8, 8))
     np.testing.assert_allclose(right[:, :4], coarse[:, 4:], atol=1e-6)
     assert (right[:, 4:] == 0).all()
     slope = np.broadcast_to(np.arange(8.0), (8, 8))
-    sloping = Evidence(None, (40, 60), Crop(10, 5, 32, 32), {"smile": slope})  # type: ignore
+    sloping = Evidence(None, (40, 60), Box.at(10, 5, 32, 32), {"smile": slope})  # type: ignore
     row = sloping.on_page("smile")[20]
     np.testing.assert_allclose(row[12:40], (np.arange(12, 40) + 0.5 - 10) / 4 - 0.5, atol=1e-6)
     assert (row[:10] == 0).all() and (row[42:] == 0).all()
@@ -105,9 +105,9 @@ def test_a_map_is_carried_to_any_view(rng):
 
 def test_a_map_of_a_turned_box_is_carried_to_the_upright_page(rng):
     coarse = rng.normal(0, 1, (8, 8)).astype(np.float32)
-    box = Crop(10, 5, 32, 32, np.pi / 2)  # a quarter turn clockwise: its left is the page's top
+    box = Box.at(10, 5, 32, 32, np.pi / 2)  # a quarter turn clockwise: its left is the page's top
     found = Evidence(None, (40, 60), box, {"smile": coarse})  # type: ignore
-    upright = found.within("smile", Crop(10, 5, 32, 32), (8, 8))
+    upright = found.within("smile", Box.at(10, 5, 32, 32), (8, 8))
     np.testing.assert_allclose(upright, np.rot90(coarse, -1), atol=1e-6)
     same = found.within("smile", box, (8, 8))
     np.testing.assert_allclose(same, coarse, atol=1e-6)

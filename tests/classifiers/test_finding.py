@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from classifiers.finding import Face, echo, faces_on, squared, widened
-from classifiers.preprocess import Crop
+from facs_rig.common.box import Box
 
 CELLS = 8
-PAGE = Crop(100, 50, 400, 400)
+PAGE = Box.at(100, 50, 400, 400)
 
 
 def taught(boxes: list[tuple[float, float, float]], cells: int = CELLS) -> np.ndarray:
@@ -29,10 +29,10 @@ def taught(boxes: list[tuple[float, float, float]], cells: int = CELLS) -> np.nd
 
 
 def on_page(u, v, side):
-    return Crop.square(PAGE.to_page(np.array([u, v])), side * PAGE.width)
+    return Box.square(PAGE.to_pixels(np.array([u, v])), side * PAGE.width)
 
 
-def close_to(box: Crop, other: Crop) -> bool:
+def close_to(box: Box, other: Box) -> bool:
     return np.allclose(
         [box.left, box.top, box.width, box.height],
         [other.left, other.top, other.width, other.height],
@@ -82,7 +82,7 @@ def test_cells_that_doubt_are_not_heard():
 def test_mirrored_cells_give_the_mirrored_faces(rng):
     found = rng.normal(0, 2, (CELLS, CELLS, 4))
     mirrored = found[:, ::-1] * (1, -1, 1, 1)
-    crop = Crop(0, 0, 64, 64)
+    crop = Box.at(0, 0, 64, 64)
     one, other = faces_on(found, crop), faces_on(mirrored, crop)
     assert len(one) > 2
     key = sorted((round(f.box.left, 6), round(f.box.top, 6), round(f.box.width, 6)) for f in one)
@@ -98,16 +98,16 @@ def test_wild_answers_give_boxes_that_can_be_looked_at(rng):
 
 
 def test_boxes():
-    box = Crop(10, 20, 30, 40)
+    box = Box.at(10, 20, 30, 40)
     assert Face(box, 1.0).corners == (10, 20, 40, 60)
-    assert widened(box, 2) == Crop(-5, 0, 60, 80)
-    assert squared(box) == Crop(5, 20, 40, 40)
-    assert echo(box, Crop(12, 22, 20, 20))
-    assert not echo(box, Crop(30, 20, 30, 40))
-    assert not echo(box, Crop(400, 20, 30, 40))
+    assert widened(box, 2) == Box.at(-5, 0, 60, 80)
+    assert squared(box) == Box.at(5, 20, 40, 40)
+    assert echo(box, Box.at(12, 22, 20, 20))
+    assert not echo(box, Box.at(30, 20, 30, 40))
+    assert not echo(box, Box.at(400, 20, 30, 40))
 
 
 def test_the_corners_of_a_turned_face_are_those_of_the_box_around_it():
-    left, top, right, bottom = Face(Crop(10, 20, 30, 30, np.pi / 4), 1.0).corners
+    left, top, right, bottom = Face(Box.at(10, 20, 30, 30, np.pi / 4), 1.0).corners
     half = 15 * np.sqrt(2)
     assert np.allclose((left, top, right, bottom), (25 - half, 35 - half, 25 + half, 35 + half))

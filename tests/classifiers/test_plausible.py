@@ -23,7 +23,9 @@ from classifiers.plausible import (
     turned,
     turned_crop,
 )
-from classifiers.preprocess import Crop, area_resample, as_page
+from classifiers.preprocess import as_page
+from facs_rig.common.box import Box
+from facs_rig.common.images import area_resample
 from tests.classifiers.doodles import DOODLES, doodle, head, profile, smiley
 from tests.nightly import at_night
 
@@ -70,7 +72,7 @@ def test_a_head_that_is_placed_turns_with_the_page(detector):
     )
     found = detector.detect(lying, there)
     assert found.turn == 3 and found.active == detector.detect(page, box).active
-    assert turned_crop(Crop(1, 2, 30, 40), (100, 200), 4) == Crop(1, 2, 30, 40)
+    assert turned_crop(Box.at(1, 2, 30, 40), (100, 200), 4) == Box.at(1, 2, 30, 40)
 
 
 def test_a_sure_reading_costs_nothing_more(detector, monkeypatch):

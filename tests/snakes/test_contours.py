@@ -5,33 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from facs_rig.common.box import Box
 from snakes.contours import (
     binarise,
-    crop_resized,
     cut_at_corners,
     find_lines,
     working_drawing,
 )
-
-
-def test_a_crop_at_the_same_scale_is_the_picture_itself(rng):
-    image = rng.random((12, 9)).astype(np.float32)
-    assert np.allclose(crop_resized(image, (0, 0, 9, 12), (9, 12)), image, atol=1e-6)
-    assert np.allclose(crop_resized(image, (2, 3, 7, 8), (5, 5)), image[3:8, 2:7], atol=1e-6)
-
-
-def test_averaging_keeps_the_mean_and_pads_with_paper(rng):
-    image = rng.random((40, 30)).astype(np.float32)
-    small = crop_resized(image, (0, 0, 30, 40), (7, 11))
-    assert small.mean() == pytest.approx(image.mean(), abs=1e-5)
-    wide = crop_resized(image, (-30, -40, 60, 80), (3, 3))
-    assert wide[1, 1] == pytest.approx(image.mean(), abs=1e-5)
-    assert np.allclose(np.delete(wide.ravel(), 4), 1.0)
-
-
-def test_an_empty_box_is_refused():
-    with pytest.raises(ValueError, match="empty"):
-        crop_resized(np.ones((4, 4)), (2, 2, 2, 3), (5, 5))
 
 
 @pytest.mark.parametrize("size", [400, 1200])
@@ -40,7 +20,7 @@ def test_a_thin_line_survives_a_great_reduction(size, width):
     drawing = np.ones((size, size), dtype=np.float32)
     row = size // 3
     drawing[row : row + width, size // 10 : size - size // 10] = 0.0
-    lines = find_lines(working_drawing(drawing, (0, 0, size, size)))
+    lines = find_lines(working_drawing(drawing, Box(0, 0, size, size)))
     assert len(lines) == 1  # one line without gaps
     middle = (lines[0].min(axis=0) + lines[0].max(axis=0)) / 2
     # Thinning a line two pixels thick keeps one of them: half a pixel, and half of a cell cut.
@@ -61,7 +41,7 @@ def test_the_contours_of_a_circle_have_its_radius(scene, radius):
 
 def test_a_circle_is_found_where_it_is_in_the_working_image(scene):
     drawing = scene.ellipse(130, 130)
-    points = np.concatenate(find_lines(working_drawing(drawing, (20, 20, 380, 380))))
+    points = np.concatenate(find_lines(working_drawing(drawing, Box(20, 20, 380, 380))))
     in_drawing = points * [360 / 91, 360 / 200] + 20
     radius = np.linalg.norm(in_drawing - 200, axis=1)
     assert radius.mean() == pytest.approx(130, abs=360 / 91 / 2)

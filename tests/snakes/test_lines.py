@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from skimage.measure import approximate_polygon
 
+from facs_rig.common.box import Box
 from snakes.lines import (
     Lines,
     centre_lines,
@@ -26,7 +27,7 @@ def circle(radius, n=200, centre=(0.0, 0.0)):
 @pytest.mark.parametrize("width", [2, 6, 12])
 def test_the_middle_of_a_drawn_ellipse(scene, width):
     """However thick the pen was: within a pixel of the curve, and along it."""
-    found = centre_lines(scene.ellipse(120, 80, width), (50, 50, 350, 350))
+    found = centre_lines(scene.ellipse(120, 80, width), Box(50, 50, 350, 350))
     u, v = (found.points - 200).T
     t = np.arctan2(v / 80, u / 120)
     on = np.stack([120 * np.cos(t), 80 * np.sin(t)], axis=1)
@@ -40,13 +41,13 @@ def test_the_middle_of_a_drawn_ellipse(scene, width):
 def test_a_large_page_is_looked_at_in_its_own_pixels(scene):
     small = scene.ellipse(120, 80)
     large = np.repeat(np.repeat(small, 4, axis=0), 4, axis=1)
-    a = centre_lines(small, (50, 50, 350, 350)).points
-    b = centre_lines(large, (200, 200, 1400, 1400)).points / 4
+    a = centre_lines(small, Box(50, 50, 350, 350)).points
+    b = centre_lines(large, Box(200, 200, 1400, 1400)).points / 4
     assert np.abs(np.sort(a, axis=0)[[0, -1]] - np.sort(b, axis=0)[[0, -1]]).max() < 1.5
 
 
 def test_a_blank_page_has_no_lines():
-    found = centre_lines(np.ones((60, 80)), (0, 0, 80, 60))
+    found = centre_lines(np.ones((60, 80)), Box(0, 0, 80, 60))
     assert found.points.shape == found.along.shape == (0, 2)
     assert paths(found.points, 2.0) == [] and spacing(found.points) == 0.0
 

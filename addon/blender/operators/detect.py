@@ -111,7 +111,8 @@ def pictures_of(source, align: str | None, threads: int):
         from classifiers.evidence import evidence
         from classifiers.finding import widened
         from classifiers.plausible import turned
-        from classifiers.preprocess import area_resample, as_page
+        from classifiers.preprocess import as_page
+        from facs_rig.common.images import area_resample
 
         drawing, _ = source.load()
         head = head_in(drawing, align)

@@ -15,6 +15,7 @@ from bpy.props import (
 
 from addon.options import FitOptions
 from addon.storyboard import EVERY
+from facs_rig.common.box import Box
 from facs_rig.common.settings import settings_of
 from snakes import Tweakables
 
@@ -152,7 +153,7 @@ def fit_values(context, face=None) -> dict:
         values["method"] = "shape"
     return {
         "tweakables": tweakables(settings.tweakables),
-        "align": ",".join(map(str, settings.head_box)) if settings.place_head else None,
+        "align": Box(*settings.head_box) if settings.place_head else None,
         "expression": memory.settled(face) if face else {},
         **values,
     }

@@ -67,3 +67,26 @@ def test_a_quarter_turn_is_the_turned_picture():
     inner = np.rot90(upright)[2:-2, 2:-2]  # between cells at the rim there is nothing to look up
     assert np.abs(found[2:-2, 2:-2] - inner).mean() < 0.12  # sampled, of noise
     assert np.corrcoef(found[2:-2, 2:-2].ravel(), inner.ravel())[0, 1] > 0.9
+
+
+def test_at_the_same_scale_it_is_the_picture_itself():
+    height, width = PICTURE.shape
+    found = area_resample(PICTURE, Box(0, 0, width, height), (width, height), outside=1.0)
+    assert found == pytest.approx(PICTURE, abs=1e-6)
+    part = area_resample(PICTURE, Box(2, 3, 7, 8), 5)
+    assert part == pytest.approx(PICTURE[3:8, 2:7], abs=1e-6)
+
+
+def test_the_mean_is_kept_and_around_it_is_paper():
+    height, width = PICTURE.shape
+    small = area_resample(PICTURE, Box(0, 0, width, height), (7, 11), outside=1.0)
+    assert small.mean() == pytest.approx(PICTURE.mean(), abs=1e-5)
+    wide = area_resample(PICTURE, Box(-width, -height, 2 * width, 2 * height), 3, outside=1.0)
+    assert wide[1, 1] == pytest.approx(PICTURE.mean(), abs=1e-5)
+    assert np.delete(wide.ravel(), 4) == pytest.approx(np.ones(8))
+
+
+@pytest.mark.parametrize("box", [Box(2, 2, 2, 3), Box(2, 2, 3, 1), Box(0, 0, np.nan, 1)])
+def test_an_empty_box_is_refused(box):
+    with pytest.raises(ValueError, match="empty"):
+        area_resample(np.ones((4, 4)), box, 5)
