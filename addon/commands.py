@@ -248,9 +248,11 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--scheme",
-        choices=("sparse", "thesis"),
+        choices=("sparse", "thesis", "smooth", "varied"),
         default="sparse",
-        help="sparse: a few actions at any strength; thesis: every action at a random 0 to 5",
+        help="sparse: a few actions at any strength; smooth: the same faces without creases; "
+        "varied: two in three of them with faint creases or none; thesis: every action at a random "
+        "0 to 5",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, help="how many processes of this computer (default 1)"

@@ -81,7 +81,7 @@ def results(options: argparse.Namespace, progress: Progress | None) -> Iterator[
 
     reader = reader_of(options)
     for folder in options.data:
-        data = shards.load(folder, options.limit)
+        data = shards.load(folder, limit=options.limit)
         result = evaluate(reader, data, options.split, progress)
         yield {"data": str(folder), "model": reader.about} | result
 

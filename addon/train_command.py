@@ -22,7 +22,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """The folders, what to train, and an option for each field of Config."""
     from classifiers.training.common import Config
 
-    parser.add_argument("--data", type=Path, required=True, help="folder of .tar shards")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        action="append",
+        required=True,
+        help="folder of .tar shards; several times for several",
+    )
     parser.add_argument(
         "--out", type=Path, default=Path("runs/detector"), help="checkpoint and log"
     )
@@ -35,7 +42,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--only", metavar="UNITS", help="train the networks of these units alone, with commas"
     )
-    parser.add_argument("--start", type=Path, help="the checkpoint that --only takes the rest from")
+    parser.add_argument(
+        "--start",
+        type=Path,
+        help="go on from the networks of this folder, such as classifiers/weights; with --only the "
+        "checkpoint that the rest is taken from",
+    )
+    parser.add_argument(
+        "--read",
+        type=int,
+        default=4000,
+        metavar="N",
+        help="held-out drawings at most to calibrate on and to measure (4000)",
+    )
     parser.add_argument(
         "--baseline",
         metavar="UNITS",
@@ -68,12 +87,12 @@ def train(options: argparse.Namespace) -> None:
     from facs_rig import CONTROL_NAMES
 
     config = Config(**{field.name: getattr(options, field.name) for field in fields(Config)})
-    if bool(options.only) != bool(options.start):
+    if options.only and not options.start:
         raise InputError("--only and --start belong together: which units, and to what.")
     for names in (options.only, options.baseline):
         if names is not None:
             chosen(names)  # a slip in a name is told before the drawings are read
-    data = shards.load(options.data, options.limit)
+    data = shards.load(*options.data, limit=options.limit, jobs=max(config.workers, 1))
     if options.speed:
         from classifiers.training.train import speed
 
@@ -93,11 +112,12 @@ def train(options: argparse.Namespace) -> None:
     else:
         from classifiers.training.train import train as train_all
 
-        checkpoint = train_all(data, CONTROL_NAMES, options.out, config)
+        checkpoint = train_all(data, CONTROL_NAMES, options.out, config, options.start)
     if not options.no_export:
         from classifiers.training.export import export
 
-        export(checkpoint, data, options.weights or options.out / "weights", log.info)
+        weights = options.weights or options.out / "weights"
+        export(checkpoint, data, weights, log.info, options.read)
 
 
 def chosen(names: str) -> tuple[str, ...]:

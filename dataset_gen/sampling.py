@@ -7,7 +7,7 @@ so that sample k is the same whatever ran before it.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from .linework.lines import DETAILS, KINDS, WAYS
 from .linework.style import Style
 from .styles import sample_style
 
-SCHEMES = ("sparse", "thesis")
+SCHEMES = ("sparse", "thesis", "smooth", "varied")
 WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS
 MOST_ACTIONS = 7
 # The twelve that classifiers are trained for first come up this much more often than the others.
@@ -57,6 +57,8 @@ def sample_face(
 ) -> Sample:
     """A random face, its camera (size x size pixels) and its style.
 
+    scheme : sparse, a few actions at any strength; smooth, the same faces without creases; varied,
+        two in three of them with faint creases or none; thesis, every action at a random 0 to 5
     drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
     """
     aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
@@ -76,7 +78,20 @@ def sample_face(
     odds = np.array([WAY_ODDS[way] for way in ways])
     way = "levels" if scheme == "thesis" else str(rng.choice(ways, p=odds / odds.sum()))
     kinds = tuple(kind for kind in WAYS[way][detail] if kind in drawable)
-    return Sample(parameters, camera, detail, kinds, sample_style(rng))
+    style = sample_style(rng)
+    if scheme in ("smooth", "varied"):  # last, so that all else is as in sparse
+        wrinkles = (
+            -1.0 if scheme == "smooth" else _crease_depth(rng, parameters.identity["wrinkles"])
+        )
+        identity = {**parameters.identity, "wrinkles": wrinkles}
+        parameters = replace(parameters, identity=identity)
+    return Sample(parameters, camera, detail, kinds, style)
+
+
+def _crease_depth(rng: np.random.Generator, wrinkles: float) -> float:
+    """The identity's `wrinkles`: of three faces one has none, one faint creases, one its own."""
+    kind = rng.integers(3)
+    return (-1.0, round(float(rng.uniform(-1, 0)), 4), wrinkles)[kind]
 
 
 def _sparse_actions(rng: np.random.Generator) -> dict[str, float]:

@@ -16,7 +16,7 @@ from dataset_gen.conventions import CONVENTIONS, Artist, draw_by_convention, zoo
 from dataset_gen.generate import make_sample
 from dataset_gen.linework import ink
 from dataset_gen.linework.lines import DETAILS, WAYS
-from dataset_gen.sampling import SCHEMES, Sample
+from dataset_gen.sampling import Sample
 from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 
@@ -38,6 +38,7 @@ def page_of_drawings(engine: str = "contours") -> Picture:
 # --- conventions ----------------------------------------------------------------------------------
 
 # Feature -> what the face does, and the window around it in shares of the page: left, top, size.
+SCHEMES = ("sparse", "thesis")
 CLOSE = {
     "eye": ({}, (0.40, 0.22, 0.28)),
     "brow": ({"frontalis": 2.0}, (0.40, 0.18, 0.28)),

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from dataset_gen.generate import SIZE
 from dataset_gen.linework.lines import DETAILS, KINDS
 from dataset_gen.linework.style import Style
-from dataset_gen.sampling import SCHEMES, Sample, sample_face, sample_rng
+from dataset_gen.sampling import Sample, sample_face, sample_rng
 from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
 from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
@@ -35,6 +35,7 @@ from facs_rig.retarget import retarget, unshown
 from snakes import LINE_TWEAKABLES
 from snakes.tweakables import describe
 
+SCHEMES = ("sparse", "thesis")  # the others are sparse but for the depth of creases
 DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 FOLDERS = {"": "Who", "head": "Head", "forehead": "Forehead", "eyes": "Eyes", "eyebrows": "Brows",

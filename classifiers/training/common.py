@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
@@ -47,6 +48,8 @@ class Config:
     threads: int = 2
     workers: int = 1
     checkpoint_minutes: float = 3.0
+    device: str = "auto"  # cpu, cuda, or whichever there is
+    pool: int = 0  # examples that are kept and seen again, changed a little; 0: each is seen once
 
 
 class Batches:
@@ -82,7 +85,7 @@ class Batches:
             epoch += 1
             order = np.concatenate([order, self.order(epoch)])
         rng = np.random.default_rng((seed, 0x5E7, step))
-        return collate(
+        batch = collate(
             [
                 example(
                     self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
@@ -91,6 +94,9 @@ class Batches:
                 for i in order[:size]
             ]
         )  # fmt: skip
+        if self.config.pool:  # here, where there are many processes, and to send less
+            batch["ink"] = np.rint(255 * batch["ink"]).astype(np.uint8)
+        return batch
 
 
 def collate(examples: Sequence) -> dict[str, np.ndarray]:
@@ -108,9 +114,15 @@ def validation_batch(
             example(
                 data.drawings[i], targets, i, names, size, np.random.default_rng((7, int(i))), NEAR
             )
-            for i in rows[:limit]
+            for i in spaced(rows, limit)
         ]
     )
+
+
+def spaced(rows: NDArray, limit: int) -> NDArray:
+    """At most `limit` of the rows, of all parts of the data alike."""
+    some = np.linspace(0, len(rows) - 1, min(limit, len(rows))) if len(rows) else np.empty(0)
+    return np.asarray(rows)[some.round().astype(int)]
 
 
 def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray]:
@@ -120,7 +132,7 @@ def usable(data: shards.DataSet, config: Config) -> tuple[np.ndarray, np.ndarray
     """
     held_out = data.held_out()
     unseen = {look for look in config.unseen.split(",") if look}
-    strange = np.array([r.get("style", {}).get("look") in unseen for r in data.records])
+    strange = np.isin(data.looks, list(unseen))
     rows, kept = np.flatnonzero(~held_out & ~strange), np.flatnonzero(held_out)
     if not len(rows):
         raise InputError("The data set holds no drawing to train on: generate more.")

@@ -12,7 +12,7 @@ import shutil
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +27,11 @@ from ..runtime import checksum
 from . import shards
 from .augment import Names, artistic_page
 from .calibration import calibrate
-from .common import load_networks
+from .common import load_networks, spaced
 from .evaluate import figures, rounded
 from .negatives import faceless
 from .readings import pages_of, read_all
-from .targets import Targets, encode, rotated_in_picture
+from .targets import Targets, encode_all, rotated_in_picture
 
 ONNX = "detector.onnx"
 OUTPUTS = ("units", "landmarks", "angles", "face", "found")
@@ -99,17 +99,30 @@ def read_drawn_over(
     )
 
 
+def _origins(
+    records: Sequence[Mapping[str, Any]],
+) -> tuple[list[bytes], Counter[str], Counter[str], set[int]]:
+    """Checksums of some records, how many of each engine and scheme, and their seeds."""
+    told = (json.dumps(record, sort_keys=True).encode() for record in records)
+    return (
+        [hashlib.sha256(text).digest() for text in told],
+        Counter(str(record.get("engine")) for record in records),
+        Counter(str(record.get("scheme")) for record in records),
+        {int(record.get("seed", -1)) for record in records},
+    )
+
+
 def provenance(data: shards.DataSet) -> dict[str, Any]:
     """What the networks were trained on, from the records themselves."""
     digest = hashlib.sha256()
     engines: Counter[str] = Counter()
     schemes: Counter[str] = Counter()
     seeds: set[int] = set()
-    for record in data.records:
-        digest.update(json.dumps(record, sort_keys=True).encode())
-        engines[str(record.get("engine"))] += 1
-        schemes[str(record.get("scheme"))] += 1
-        seeds.add(int(record.get("seed", -1)))
+    for sums, *counts, some in data.each(_origins):
+        digest.update(b"".join(sums))
+        engines += counts[0]
+        schemes += counts[1]
+        seeds |= some
     return {
         "drawings": len(data),
         "size": list(data.drawings[0].shape),
@@ -133,8 +146,8 @@ def export(
     Raises ValueError if the held-out part is empty or ONNX Runtime and torch differ.
     """
     networks, saved = load_networks(checkpoint)
-    targets = encode(data.records, saved["aus"], saved["landmarks"])
-    rows = np.flatnonzero(data.held_out())[:limit]
+    targets = encode_all(data, saved["aus"], saved["landmarks"])
+    rows = spaced(np.flatnonzero(data.held_out()), limit)
     if len(rows) < 4:
         raise InputError("The data set holds too few drawings to calibrate on: generate more.")
     folder.mkdir(parents=True, exist_ok=True)

@@ -241,7 +241,10 @@ class Networks(nn.Module):
         self.finder = Finder()
 
     def forward(self, ink: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-        features = self.trunk(ink)
+        return self.answers(self.trunk(ink))
+
+    def answers(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """The same from the trunk's features (b, 112, size / 16, size / 16)."""
         heads = [self.heads[name] for name in self.aus]
         units = side_by_side(heads, features, DROPOUT if self.training else 0.0)
         points, angles, face = self.geometry(features)

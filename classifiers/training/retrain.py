@@ -20,7 +20,7 @@ from .augment import MID, NEAR, Names
 from .common import CHECKPOINT, Batches, Config, load_networks, log, rate_at, save, usable
 from .losses import unit_losses
 from .network import DROPOUT, side_by_side
-from .targets import encode
+from .targets import encode_all
 
 
 def retrain(
@@ -50,7 +50,7 @@ def retrain(
     config = replace(config, size=networks.size)
     rows, _ = usable(data, config)
     names = Names.of(saved["aus"], saved["landmarks"])
-    targets = encode(data.records, saved["aus"], saved["landmarks"])
+    targets = encode_all(data, saved["aus"], saved["landmarks"])
     batches = Batches(data, targets, rows, names, config)
     optimiser = torch.optim.AdamW(
         [parameter for head in heads for parameter in head.parameters()],

@@ -6,8 +6,10 @@ import io
 import json
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from facs_rig.common.errors import InputError
 
 ANGLES = ("yaw", "pitch", "roll")
 HELD_OUT = 10  # every tenth drawing is never trained on
+CHUNK = 1000  # records that are looked through at a time
 
 
 class Stored(Sequence):
@@ -47,22 +50,54 @@ def drawing_of(png: bytes) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class DataSet:
-    """drawings : n of (h, w) uint8, 0 = black, 255 = paper; records : the n JSON objects."""
+    """drawings : n of (h, w) uint8, 0 = black, 255 = paper; records : the n JSON objects.
+
+    jobs : processes that look through many records
+    """
 
     drawings: Sequence[NDArray[np.uint8]]
     records: Sequence[dict[str, Any]]
+    jobs: int = 1
 
     def __len__(self) -> int:
         return len(self.records)
 
+    def each(self, function: Callable[[Sequence[dict[str, Any]]], Any]) -> list[Any]:
+        """What a function says of the records, `CHUNK` at a time."""
+        starts = range(0, len(self), CHUNK)
+        return spread(function, [self.records[k : k + CHUNK] for k in starts], self.jobs)
+
     @cached_property
+    def _facts(self) -> list[tuple[int, str]]:
+        facts = [fact for part in self.each(_facts) for fact in part]
+        return [(k if index is None else index, look) for k, (index, look) in enumerate(facts)]
+
+    @property
     def index(self) -> NDArray[np.int64]:
         """(n,) the number of each drawing in its data set."""
-        return np.array([record.get("index", i) for i, record in enumerate(self.records)])
+        return np.array([index for index, _ in self._facts])
+
+    @property
+    def looks(self) -> NDArray[np.str_]:
+        """(n,) the look of each drawing."""
+        return np.array([look for _, look in self._facts])
 
     def held_out(self) -> NDArray[np.bool_]:
         """(n,) which drawings are for validation: by index, so that growing sets keep theirs."""
         return self.index % HELD_OUT == HELD_OUT - 1
+
+
+def _facts(records: Sequence[dict[str, Any]]) -> list[tuple[int | None, str]]:
+    """The number of each drawing and its look."""
+    return [(r.get("index"), str(r.get("style", {}).get("look"))) for r in records]
+
+
+def spread(function: Callable[[Any], Any], parts: Sequence[Any], jobs: int) -> list[Any]:
+    """function(part) for each of the parts, in their order, by several processes."""
+    if jobs < 2 or len(parts) < 2:
+        return [function(part) for part in parts]
+    with ProcessPoolExecutor(min(jobs, len(parts)), get_context("spawn")) as pool:
+        return list(pool.map(function, parts))
 
 
 def shard_paths(folder: Path) -> list[Path]:
@@ -93,10 +128,10 @@ def check_record(path: Path, key: str, data: bytes) -> None:
         raise ShardError(f"{path}: {key}.json holds something else where numbers belong.")
 
 
-def load(folder: Path, limit: int | None = None) -> DataSet:
-    """All drawings of a folder's shards, at most `limit`.
+def load(*folders: Path, limit: int | None = None, jobs: int = 1) -> DataSet:
+    """All drawings of the shards of one or several folders, at most `limit` of each.
 
-    Raises ValueError, one sentence that names the shard, if there are none, if they are not all of
+    Raises InputError, one sentence that names the shard, if there are none, if they are not all of
     one size, and for damaged shards, drawings and records.
     """
     if limit is not None and limit < 1:
@@ -104,22 +139,37 @@ def load(folder: Path, limit: int | None = None) -> DataSet:
     drawings: list[bytes] = []
     records: list[bytes] = []
     size = None
-    for path in shard_paths(folder):
-        for key, parts in samples_of(path):
-            found = size_of(path, key, parts["png"])
+    for folder in folders:
+        paths, before = shard_paths(folder), len(records)
+        parts = map(_read, paths) if limit else spread(_read, paths, jobs)
+        for path, (found, pngs, jsons) in zip(paths, parts, strict=False):
             size = size or found
-            if found != size:
+            if found and found != size:
                 raise InputError(
                     f"{path}: a drawing of {found} stands among drawings of {size};"
                     " train on one size."
                 )
-            check_record(path, key, parts["json"])
-            drawings.append(parts["png"])
-            records.append(parts["json"])
-            if len(records) == limit:
+            drawings += pngs
+            records += jsons
+            if limit and len(records) - before >= limit:
+                del drawings[before + limit :], records[before + limit :]
                 break
-        if len(records) == limit:
-            break
     if not drawings:
-        raise InputError(f"The shards in {folder} hold no pair of .png and .json.")
-    return DataSet(Stored(drawings, drawing_of), Stored(records, json.loads))
+        raise InputError(f"The shards in {folders[0]} hold no pair of .png and .json.")
+    return DataSet(Stored(drawings, drawing_of), Stored(records, json.loads), jobs)
+
+
+def _read(path: Path) -> tuple[Any, list[bytes], list[bytes]]:
+    """The size of a shard's drawings, the drawings and the records, as they are stored."""
+    pngs, jsons, size = [], [], None
+    for key, parts in samples_of(path):
+        found = size_of(path, key, parts["png"])
+        size = size or found
+        if found != size:
+            raise InputError(
+                f"{path}: a drawing of {found} stands among drawings of {size}; train on one size."
+            )
+        check_record(path, key, parts["json"])
+        pngs.append(parts["png"])
+        jsons.append(parts["json"])
+    return size, pngs, jsons

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from facs_rig.common.errors import InputError
 
 from ..labels import ACTIVE, FULL, resolve_sides
+from .shards import DataSet
 
 
 def rotated_in_picture(angles: Sequence[float], turn: float) -> tuple[float, float, float]:
@@ -58,23 +60,40 @@ class Targets:
         )
 
 
+def encode_all(data: DataSet, aus: Sequence[str], landmarks: Sequence[str]) -> Targets:
+    """`encode` of all of a data set's records, by its processes."""
+    parts = data.each(partial(encode, aus=tuple(aus), landmarks=tuple(landmarks)))
+    return Targets(*(np.concatenate(c) for c in zip(*map(astuple, parts), strict=True)))
+
+
 def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[str]) -> Targets:
-    """Targets from the shards' JSON records; raises InputError naming what a record lacks."""
+    """Targets from the shards' JSON records; raises InputError naming what a record lacks.
+
+    Landmarks are where they were drawn, if an artist had them elsewhere; what a way of drawing
+    hides is neither active nor not.
+    """
     intensity = np.zeros((len(records), len(aus)), np.float32)
     angles = np.zeros((len(records), 3), np.float32)
     points = np.zeros((len(records), len(landmarks), 2), np.float32)
+    unseen = np.zeros(intensity.shape, bool)
+    places_of = {name: k for k, name in enumerate(aus)}
     for i, record in enumerate(records):
         try:
             values = resolve_sides(record["aus"])
             intensity[i] = [values[name] for name in aus]
             angles[i] = [record["head"][name] for name in ("yaw", "pitch", "roll")]
-            points[i] = [record["landmarks"][name] for name in landmarks]
+            places = record.get("drawn_landmarks", record["landmarks"])
+            points[i] = [places[name] for name in landmarks]
         except KeyError as error:
             raise InputError(
                 f"Drawing {record.get('index', i)} of the data set has no entry {error}:"
                 " generate it again with this version."
             ) from None
+        for name in record.get("hidden", ()):
+            if name in places_of:
+                unseen[i, places_of[name]] = True
     active = np.where(intensity >= ACTIVE, 1, np.where(intensity > 0, np.nan, 0))
+    active[unseen] = np.nan
     return Targets(
         active.astype(np.float32), np.clip(intensity, 0, FULL), np.radians(angles), points
     )

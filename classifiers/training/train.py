@@ -34,14 +34,23 @@ from .common import (
 )
 from .metrics import auc
 from .network import Networks, imagenet_weights
-from .targets import encode
+from .pool import Pool
+from .targets import encode_all
 
 REPORT = 20.0  # seconds of training between two lines of the log
 STEEPEST = 5.0  # norm that a gradient is cut down to
 
 
-def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -> Path:
+def train(
+    data: shards.DataSet,
+    aus: Sequence[str],
+    out: Path,
+    config: Config,
+    start: Path | None = None,
+) -> Path:
     """Train until the budget is used up; returns the checkpoint. Goes on with an unfinished run.
+
+    start : a folder of exported networks to go on from, instead of ImageNet's weights
 
     Raises InputError if there is no drawing to train on, or `out` holds a run of other controls.
     """
@@ -49,10 +58,10 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
     torch.manual_seed(config.seed)
     out.mkdir(parents=True, exist_ok=True)
     landmarks = tuple(data.records[0]["landmarks"])
-    names, targets = Names.of(aus, landmarks), encode(data.records, aus, landmarks)
+    names, targets = Names.of(aus, landmarks), encode_all(data, aus, landmarks)
     rows, kept = usable(data, config)
 
-    run = Run.begun(aus, landmarks, out / CHECKPOINT, config)
+    run = Run.begun(aus, landmarks, out / CHECKPOINT, config, start)
     held_out = validation_batch(data, targets, kept, names, config.size) if len(kept) else None
     log.info(
         "%d drawings to train on, %d held out, %d parameters, %d threads, %d workers, on %s",
@@ -60,7 +69,9 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
         config.workers, run.device,
     )  # fmt: skip
 
-    batches = stream(Batches(data, targets, rows, names, config), run.step)
+    made = stream(Batches(data, targets, rows, names, config), run.step)
+    pool = Pool(made, names, config.pool, config.batch, run.device) if config.pool else None
+    batches = pool or map(run.tensors, made)
     pace = Pace(run)
     saved_at = run.seconds
     # Starting the stream drew random numbers; a run that goes on draws what it would have drawn.
@@ -68,7 +79,7 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
     try:
         while not run.finished:
             begun = time.monotonic()
-            batch = run.tensors(next(batches))
+            batch = next(batches)
             pace.waited += time.monotonic() - begun
             pace.add(run.learn(batch))
             run.seconds += time.monotonic() - begun
@@ -79,7 +90,10 @@ def train(data: shards.DataSet, aus: Sequence[str], out: Path, config: Config) -
                 saved_at = run.seconds
     finally:
         run.save(len(rows))
-        del batches
+        if pool:
+            pool.close()
+            log.info("%d examples were made", pool.made)
+        del batches, made
     tell(run, held_out)
     log.info(
         "done: %d steps, %d images, %.1f minutes",
@@ -105,15 +119,24 @@ class Run:
     random: Tensor = field(default_factory=torch.get_rng_state)
 
     @classmethod
-    def begun(cls, aus: Sequence[str], landmarks: Sequence[str], path: Path, config: Config) -> Run:
+    def begun(
+        cls, aus: Sequence[str], landmarks: Sequence[str], path: Path, config: Config,
+        start: Path | None = None,
+    ) -> Run:  # fmt: skip
         """The run whose checkpoint lies at `path`, or a new one."""
-        device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        device = device_of(config.device)
+        torch.backends.cudnn.benchmark = True  # all batches are of one size
+        torch.set_float32_matmul_precision("high")
         networks = Networks(aus, landmarks, config.size)
         saved = torch.load(path, map_location="cpu", weights_only=True) if path.exists() else None
         if saved:
             if saved["aus"] != list(aus) or saved["landmarks"] != list(landmarks):
                 raise InputError(f"{path} is of a run with other controls: choose another --out.")
             networks.load_state_dict(saved["networks"])
+        elif start:
+            from .exported import load_exported
+
+            load_exported(networks, start)
         elif config.imagenet:
             networks.trunk.load_imagenet(imagenet_weights())
         networks = networks.to(device, memory_format=torch.channels_last)
@@ -162,14 +185,27 @@ class Run:
             settle(self.networks, self.config.settled_blocks)
         for group in self.optimiser.param_groups:
             group["lr"] = self.config.rate * group["share"] * rate_at(self.progress, self.config)
-        parts = losses.loss_parts(self.networks(batch["ink"]), batch, self.config.mid_weight)
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda"):
+            features = self.networks.trunk(batch["ink"])
+        answers = self.networks.answers(features.float())  # landmarks need more digits
+        parts = losses.loss_parts(answers, batch, self.config.mid_weight)
         self.optimiser.zero_grad(set_to_none=True)
-        torch.stack(list(parts.values())).sum().backward()
+        total = torch.stack(list(parts.values()))
+        total.sum().backward()
         torch.nn.utils.clip_grad_norm_(self.networks.parameters(), STEEPEST)
         self.optimiser.step()
         self.step += 1
         self.random = torch.get_rng_state()
-        return {name: float(value.detach()) for name, value in parts.items()}
+        values = total.tolist()  # waits for the device once
+        return dict(zip(parts, values, strict=True))
+
+
+def device_of(name: str) -> torch.device:
+    """InputError for a device that is not here."""
+    there = torch.cuda.is_available()
+    if name not in ("auto", "cpu", "cuda") or (name == "cuda" and not there):
+        raise InputError(f"--device {name} is not here: choose cpu{' or cuda' if there else ''}.")
+    return torch.device("cuda" if there and name != "cpu" else "cpu")
 
 
 def optimiser_of(networks: Networks, config: Config) -> torch.optim.Optimizer:

@@ -27,7 +27,7 @@ def detector(fresh_weights) -> Detector:
 
 @pytest.fixture(scope="module")
 def drawing(cartoons) -> np.ndarray:
-    return shards.load(cartoons, 1).drawings[0] / np.float32(255)
+    return shards.load(cartoons, limit=1).drawings[0] / np.float32(255)
 
 
 def test_a_detection_is_complete_and_in_range(detector, drawing):

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tarfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -287,6 +288,33 @@ def test_a_file_for_a_folder(tmp_path):
     (tmp_path / "f").write_text("x")
     with pytest.raises(ValueError, match="is a file"):
         generate(1, tmp_path / "f")
+
+
+def test_smooth_and_varied_are_the_sparse_faces_with_fewer_creases():
+    rig = load_rig()
+
+    def faces(scheme):
+        return [sample_face(rig, sample_rng(3, k), 64, scheme) for k in range(60)]
+
+    sparse, smooth, varied = faces("sparse"), faces("smooth"), faces("varied")
+    for one, *others in zip(sparse, smooth, varied, strict=True):
+        for other in others:
+            depth = {"wrinkles": one.parameters.identity["wrinkles"]}
+            identity = {**other.parameters.identity, **depth}
+            assert replace(other.parameters, identity=identity) == one.parameters
+            assert (other.camera, other.kinds, other.style) == (one.camera, one.kinds, one.style)
+    creased = rig._crease_at
+    for one, other in zip(sparse[:10], smooth, strict=False):
+        gone = rig.shape(one.parameters) - rig.shape(other.parameters)
+        still = replace(other.parameters, aus={})
+        bare = rig.shape(replace(one.parameters, aus={})) - rig.shape(still)
+        assert np.abs(gone[np.setdiff1d(np.arange(len(gone)), creased)]).max() < 1e-6
+        assert np.abs(bare).max() < 1e-6  # a face at rest is the same
+        assert not one.parameters.aus or np.abs(gone).max() > 1e-5
+    depths = np.array([sample.parameters.identity["wrinkles"] for sample in varied])
+    own = np.array([sample.parameters.identity["wrinkles"] for sample in sparse])
+    for share in (depths == -1).mean(), (depths == own).mean():
+        assert 0.15 < share < 0.55
 
 
 def test_schemes():

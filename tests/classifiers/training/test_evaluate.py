@@ -176,7 +176,7 @@ def test_no_more_than_one_drawing_is_decoded_at_a_time(fresh_weights, cartoons):
         made_so_far.append(weakref.ref(drawing))
         return drawing
 
-    data = shards.load(cartoons, 12)
+    data = shards.load(cartoons, limit=12)
     stored = shards.DataSet(shards.Stored(data.drawings.blobs, made), data.records)
     reader = DetectorReader(load_detector(fresh_weights))
     assert evaluate.evaluate(reader, stored)["drawings"] == 12

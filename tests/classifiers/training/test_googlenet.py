@@ -78,7 +78,7 @@ def test_a_network_for_each_unit_with_the_figures_of_the_detector(baseline, cart
 
 def test_it_answers_by_calibrated_probability_and_threshold(baseline, cartoons):
     reader = load_baseline(baseline)
-    page = next(pages_of(shards.load(cartoons, 1).drawings))
+    page = next(pages_of(shards.load(cartoons, limit=1).drawings))
     saved = torch.load(baseline / "sneer.pt", weights_only=True)
     logit = logits(reader.networks[1], [whole_page(page, 64)])[0]
     probability = 1 / (1 + np.exp(-(logit / saved["temperature"] + saved["offset"])))
@@ -98,7 +98,7 @@ def test_training_lowers_the_loss(cartoons, tmp_path, monkeypatch):
         return loss
 
     monkeypatch.setattr(googlenet.F, "cross_entropy", watched)
-    data = shards.load(cartoons, 14)
+    data = shards.load(cartoons, limit=14)
     config = Config(size=64, batch=13, minutes=5, steps=8, threads=1)
     path = train_baseline(data, "frontalis", tmp_path, config)
     saved = torch.load(path, weights_only=True)

@@ -44,3 +44,15 @@ def test_a_record_that_lacks_something_is_named():
     del broken["aus"]["smile"]
     with pytest.raises(ValueError, match="Drawing 3 .*'smile'"):
         encode([broken], DETECTED, LANDMARKS)
+
+
+def test_what_a_convention_hides_is_neither_yes_nor_no_and_landmarks_are_where_they_were_drawn():
+    drawn = record(smile=4.0, squint=4.0)
+    drawn["hidden"] = ["squint", "wince", "no control"]
+    drawn["drawn_landmarks"] = {name: [u + 1, v] for name, (u, v) in drawn["landmarks"].items()}
+    targets = encode([drawn, record(squint=4.0)], DETECTED, LANDMARKS)
+    squint, wince, smile = (DETECTED.index(name) for name in ("squint", "wince", "smile"))
+    assert np.isnan(targets.active[0, [squint, wince]]).all()
+    assert targets.active[0, smile] == 1
+    assert targets.active[1, [squint, wince]].tolist() == [1, 0]
+    np.testing.assert_array_equal(targets.landmarks[0] - targets.landmarks[1], [[1, 0]] * 81)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -31,10 +32,12 @@ from classifiers.training.common import (  # noqa: E402
     rate_at,
     validation_batch,
 )
+from classifiers.training.exported import load_exported  # noqa: E402
 from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
-from classifiers.training.targets import encode  # noqa: E402
+from classifiers.training.targets import encode, encode_all  # noqa: E402
 from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+from facs_rig.common.errors import InputError  # noqa: E402
 from tests.nightly import at_night  # noqa: E402
 
 SMALL = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
@@ -51,7 +54,7 @@ def test_shards_are_read_in_order_and_a_tenth_is_held_out(loaded, cartoons, tmp_
     assert data.drawings[0].shape == (256, 256) and data.drawings[0].dtype == np.uint8
     assert [record["index"] for record in data.records] == list(range(60))
     np.testing.assert_array_equal(np.flatnonzero(data.held_out()), [9, 19, 29, 39, 49, 59])
-    assert len(shards.load(cartoons, 45)) == 45
+    assert len(shards.load(cartoons, limit=45)) == 45
     with pytest.raises(ValueError, match=r"holds no \.tar shard"):
         shards.load(tmp_path)
 
@@ -236,6 +239,56 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
         assert torch.allclose(unbroken[name], resumed[name], atol=1e-5), name
     with pytest.raises(ValueError, match="other controls"):
         train.train(data, DETECTED[:-1], tmp_path / "b", config)
+
+
+def test_a_training_goes_on_from_exported_networks(fresh_weights):
+    """They answer as those do, and can be trained."""
+    networks = Networks(DETECTED, LANDMARKS, 64)
+    load_exported(networks, fresh_weights)
+    assert export.largest_difference(networks, fresh_weights / "detector.onnx") < 1e-5
+    lengths = networks.trunk.blocks[3].widen.conv.weight.flatten(1).norm(dim=1)
+    torch.testing.assert_close(lengths, torch.ones_like(lengths))
+    with pytest.raises(InputError, match="other units"):
+        load_exported(Networks(DETECTED[:-1], LANDMARKS, 64), fresh_weights)
+
+
+def test_with_a_pool_drawings_are_seen_again(loaded, tmp_path, fresh_weights, caplog):
+    data, *_ = loaded
+    config = Config(**{**vars(SMALL), "steps": 40, "pool": 100, "batch": 4, "settle": 0.0})
+    caplog.set_level("INFO", "classifiers.training")
+    path = train.train(data, DETECTED, tmp_path / "run", config, fresh_weights)
+    assert torch.load(path, weights_only=True)["step"] == 40
+    made = next(r for r in caplog.records if "examples were made" in r.msg).args[0]
+    assert made >= 32
+    old, new = Networks(DETECTED, LANDMARKS, 64), load_networks(path)[0]
+    load_exported(old, fresh_weights)
+    head = "heads.smile.fc.weight"
+    assert not torch.equal(old.state_dict()[head], new.state_dict()[head])
+
+
+def test_a_device_that_is_not_here():
+    with pytest.raises(InputError, match="--device tpu is not here"):
+        train.device_of("tpu")
+    assert train.device_of("cpu").type == "cpu"
+
+
+def test_several_folders_are_one_data_set_however_many_processes_read_it(
+    cartoons, many_cartoons, monkeypatch
+):
+    monkeypatch.setattr(shards, "CHUNK", 50)
+    one = shards.load(cartoons, many_cartoons)
+    two = shards.load(cartoons, many_cartoons, jobs=2)
+    assert len(one) == len(two) == 660
+    assert one.drawings.blobs == two.drawings.blobs and one.records.blobs == two.records.blobs
+    np.testing.assert_array_equal(one.index, two.index)
+    for a, b in zip(
+        astuple(encode_all(one, DETECTED, LANDMARKS)),
+        astuple(encode_all(two, DETECTED, LANDMARKS)),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(a, b)
+    assert export.provenance(one) == export.provenance(two)
+    assert len(shards.load(cartoons, many_cartoons, limit=45)) == 90
 
 
 def test_the_exported_networks_equal_torch(tmp_path):
