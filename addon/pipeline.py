@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -29,6 +28,7 @@ from classifiers import Detection, Detector, load_detector
 from classifiers.detector import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from facs_rig.common.box import Box
+from facs_rig.common.clock import Clock
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
@@ -121,13 +121,13 @@ def fit(
     for an unusable alignment.
     """
     options = options or FitOptions()
-    clock = _Stages(progress)
+    clock = Clock(progress and (lambda done: progress(done, len(STAGES))))
     drawing = _read(sketch)
-    clock.done("read")
+    clock.lap("read")
 
     drawing, detection = _detect(drawing, options.align, detector)
     expression = _applied(detection, options.expression)
-    clock.done("detect")
+    clock.lap("detect")
 
     rig = load_rig()
     place = partial(
@@ -139,7 +139,7 @@ def fit(
         pins=options.pins,
     )
     camera = place(expression)
-    clock.done("align")
+    clock.lap("align")
 
     strategy = as_thesis if options.method == "thesis" else by_lines
     fitted = strategy(drawing, detection, rig, expression, camera, options)
@@ -149,15 +149,15 @@ def fit(
     carves = options.strokes != "ignore"
     if shaped and not carves:
         shaped(fitted.parameters, fitted.offsets)
-    clock.done("fit")
+    clock.lap("fit")
 
     if carves:
         lost = compared.unmatched
-        clock.leave_out()
+        clock.skip()
         fitted = _carved(fitted, lost, rig, options)
         if shaped:
             shaped(fitted.parameters, fitted.offsets)
-    clock.done("carve")
+    clock.lap("carve")
     return FaceFit(drawing, detection, rig, fitted, compared, clock.laps)
 
 
@@ -259,22 +259,3 @@ def _carved(
 
 def _name(drawing: Drawing) -> str:
     return f"'{drawing.source}'" if drawing.source else "the drawing"
-
-
-class _Stages:
-    """Seconds of each stage, and progress after it."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def leave_out(self) -> None:
-        """Do not count what was done since the last stage: its time is known already."""
-        self._last = time.perf_counter()
-
-    def done(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.laps[stage], self._last = now - self._last, now
-        if self._progress:
-            self._progress(len(self.laps), len(STAGES))

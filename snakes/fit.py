@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
+from facs_rig.common.clock import Clock
 from facs_rig.common.polylines import line_length
 
 from .active import FEWEST, relax
@@ -92,7 +92,7 @@ def fit_offsets(
             f"The camera is made for a drawing of {camera.width}x{camera.height} pixels, "
             f"this one has {drawing.shape[1]}x{drawing.shape[0]}."
         )
-    clock = _Clock()
+    clock = Clock()
     posed = rig.pose(parameters)
     box = head_box(posed, camera)
     small = camera.cropped(box.left, box.top, box.right, box.bottom, *WORKING_SIZE)
@@ -259,16 +259,3 @@ def _apply(
     if settings.mirror:
         offsets = symmetrise(offsets, rig.mirror, np.minimum(weights, 1.0))
     return carry_parts(rig, rig.shape(parameters), offsets)
-
-
-class _Clock:
-    """Seconds of the steps, in the order in which they end."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, step: str) -> None:
-        now = time.perf_counter()
-        self.laps[step] = now - self._last
-        self._last = now

@@ -6,7 +6,6 @@ compared, which is quicker and comes closer (docs/fit.md); `snakes.fit` is the t
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
+from facs_rig.common.clock import Clock
 from facs_rig.common.polylines import line_length
 
 from .contours import head_box
@@ -80,13 +80,13 @@ def fit_lines(
             f"The camera is made for a drawing of {camera.width}x{camera.height} pixels, "
             f"this one has {drawing.shape[1]}x{drawing.shape[0]}."
         )
-    laps = [time.perf_counter()]
+    clock = Clock()
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
-    laps.append(time.perf_counter())
+    clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
     parameters, camera = fit_shape(drawn, rig.coarse, parameters, camera, evidence)
-    laps.append(time.perf_counter())
+    clock.lap("shape")
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
@@ -96,10 +96,8 @@ def fit_lines(
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
     else:
         offsets = np.zeros((rig.n_vertices, 3))
-    laps.append(time.perf_counter())
-    steps = ("lines", "shape", "skin")
-    timings = dict(zip(steps, np.diff(laps).tolist(), strict=True))
-    return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, timings)
+    clock.lap("skin")
+    return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, clock.laps)
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:
