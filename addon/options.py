@@ -25,7 +25,7 @@ class FitOptions:
     tweakables : the thesis' table          align : the head's box 'left,top,right,bottom' in
     pixels of the sketch, instead of the landmarks that the detector finds
     pins : landmark -> (u, v) pixels of the sketch where it is, instead of where it was found
-    expression : control -> intensity 0..10 that the artist has settled, 0 is off; the fit keeps to
+    expression : control -> intensity 0..10 that the artist has decided, 0 is off; the fit keeps to
     it, whatever the detector or the lines say
     method : 'lines' brings the face's lines to the drawing's; 'shape' finds the same person and
     expression and leaves the skin alone, quick and smooth; 'thesis' lets the drawing's contours

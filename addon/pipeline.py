@@ -62,7 +62,7 @@ class FaceFit:
 
     @property
     def parameters(self) -> FaceParameters:
-        """Expression and head as detected and fitted, controls as settled, fitted identity."""
+        """Expression and head as detected and fitted, controls as decided, fitted identity."""
         return self.fitted.parameters
 
     @property
@@ -238,9 +238,9 @@ def _detect(
     return drawing.turned(detection.turn), detection
 
 
-def _applied(detection: Detection, settled: Mapping[str, float]) -> FaceParameters:
-    """Expression and head as detected, but for the controls that the artist has settled."""
-    aus = {**detection.expression(), **settled}
+def _applied(detection: Detection, decided: Mapping[str, float]) -> FaceParameters:
+    """Expression and head as detected, but for the controls that the artist has decided."""
+    aus = {**detection.expression(), **decided}
     return FaceParameters({name: float(v) for name, v in aus.items() if v}, {}, detection.head)
 
 

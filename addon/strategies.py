@@ -15,7 +15,7 @@ from classifiers import Detection
 from classifiers.detector import CLOSE
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
-from snakes import Evidence, Lines, PinsApart, fit_lines
+from snakes import Lines, Observations, PinsApart, fit_lines
 
 # A drawing that the detector believes to be a face with less than this has no landmarks to go by.
 LEAST_FACE = 0.5
@@ -56,10 +56,10 @@ def by_lines(
     """
     pins = pins_in(drawing, options.pins)
     sure = detection.face_probability >= LEAST_FACE
-    evidence = replace(
-        _evidence(detection) if sure else Evidence({}, {}),
+    observed = replace(
+        _observations(detection) if sure else Observations({}, {}),
         pins=pins,
-        settled=frozenset(options.expression),
+        decided=frozenset(options.expression),
     )
     try:
         found = fit_lines(
@@ -67,7 +67,7 @@ def by_lines(
             rig,
             expression,
             camera,
-            evidence,
+            observed,
             options.tweakables,
             pull=options.method != "shape",
         )
@@ -100,11 +100,11 @@ def as_thesis(
     return Fitted(expression, found.offsets, vertices, camera, found.box)
 
 
-def _evidence(detection: Detection) -> Evidence:
+def _observations(detection: Detection) -> Observations:
     """What the detector saw, for the fit. A landmark's distance is distributed exponentially."""
     height = np.ptp([v for _, v in detection.landmarks.values()])
     spreads = {
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
-    return Evidence(detection.landmarks, spreads)
+    return Observations(detection.landmarks, spreads)

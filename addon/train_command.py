@@ -122,10 +122,10 @@ def train(options: argparse.Namespace) -> None:
 
 def chosen(names: str) -> tuple[str, ...]:
     """The controls named with commas; 'twelve' are those of the thesis. InputError for others."""
-    from facs_rig import CONTROL_NAMES, DETECTED
+    from facs_rig import CONTROL_NAMES, TWELVE
 
     if names == "twelve":
-        return DETECTED
+        return TWELVE
     wanted = tuple(name for name in names.replace(" ", "").split(",") if name)
     unknown = [name for name in wanted if name not in CONTROL_NAMES]
     if unknown or not wanted:

@@ -72,7 +72,7 @@ def _pairs(table: Iterable[tuple[str, str]]) -> Pairs:
 _OPPOSITES, _RIVALS = _pairs(OPPOSITES), _pairs(RIVALS)
 
 
-def settle(
+def resolve(
     intensities: Mapping[str, float], probabilities: Mapping[str, float]
 ) -> dict[str, float]:
     """Apply the three rules to a detection.

@@ -15,7 +15,7 @@ from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 from facs_rig.common.images import area_resample
 
-from .conflicts import settle
+from .conflicts import resolve
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
 from .plausible import (
@@ -229,7 +229,7 @@ class Detector:
             else 0.0
             for name, value in zip(self.aus, reading.intensities, strict=True)
         }
-        intensities = settle(strong, probabilities)
+        intensities = resolve(strong, probabilities)
         yaw, pitch, roll = reading.angles.tolist()
         face = float(sigmoid(np.array(reading.face / self._face_temperature)))
         upright = reading.box.to_units(reading.landmarks[self._bounding])[:, 1]

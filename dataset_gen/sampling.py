@@ -13,9 +13,9 @@ import numpy as np
 
 from facs_rig import (
     CONTROL_NAMES,
-    DETECTED,
     FULL_INTENSITY,
     IDENTITY,
+    TWELVE,
     Camera,
     FaceParameters,
     FaceRig,
@@ -29,7 +29,7 @@ SCHEMES = ("sparse", "thesis", "smooth", "varied")
 WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS
 MOST_ACTIONS = 7
 # The twelve that classifiers are trained for first come up this much more often than the others.
-DETECTED_ODDS = 3.0
+TWELVE_ODDS = 3.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def _sparse_actions(rng: np.random.Generator) -> dict[str, float]:
 
     First how many, then which, then how strong, over the whole natural range.
     """
-    odds = np.array([DETECTED_ODDS if name in DETECTED else 1.0 for name in CONTROL_NAMES])
+    odds = np.array([TWELVE_ODDS if name in TWELVE else 1.0 for name in CONTROL_NAMES])
     count = int(rng.integers(0, MOST_ACTIONS + 1))
     chosen = rng.choice(len(odds), count, replace=False, p=odds / odds.sum())
     return {CONTROL_NAMES[k]: float(rng.uniform(1.0, 1.2 * FULL_INTENSITY)) for k in chosen}

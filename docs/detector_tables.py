@@ -19,7 +19,7 @@ from typing import Any
 
 from classifiers.runtime import WEIGHTS, read_description
 from classifiers.training.evaluate import number
-from facs_rig import CONTROLS, DETECTED
+from facs_rig import CONTROLS, TWELVE
 from facs_rig.common.errors import InputError
 
 DOCS = Path(__file__).parent
@@ -117,8 +117,8 @@ def units() -> str:
             head.append(f"{name_of(result)}, GoogLeNet")
     known = ours[0]["units"]
     controls = {control.name: control for control in CONTROLS}
-    order = [name for name in DETECTED if name in known]
-    order += [name for name in known if name not in DETECTED]
+    order = [name for name in TWELVE if name in known]
+    order += [name for name in known if name not in TWELVE]
 
     def cell(result: Result | None, name: str) -> str:
         unit = (result or {"units": {}})["units"].get(name)

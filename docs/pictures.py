@@ -43,8 +43,8 @@ from dataset_gen.linework import ink
 from facs_rig import (
     CONTROL_NAMES,
     CONTROLS,
-    DETECTED,
     FULL_INTENSITY,
+    TWELVE,
     Camera,
     FaceParameters,
     landmark_points,
@@ -97,7 +97,7 @@ def creases() -> None:
     """The twelve detected controls as line drawings: it is by their creases that they show."""
     rig, camera = load_rig(), portrait(256)
     pictures = []
-    for name in ("", *DETECTED):
+    for name in ("", *TWELVE):
         posed = rig.pose(FaceParameters({name: 5.0} if name else {}))
         picture = ink(draw_strokes(rig, posed, camera, 1), 256, 256)
         pictures.append(captioned(coloured(picture), name or "at rest"))

@@ -25,7 +25,7 @@ from dataset_gen.linework.lines import DETAILS, KINDS
 from dataset_gen.linework.style import Style
 from dataset_gen.sampling import Sample, sample_face, sample_rng
 from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
-from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, FULL_INTENSITY, IDENTITY, Control, load_rig
+from facs_rig import CONTROL_NAMES, CONTROLS, FULL_INTENSITY, IDENTITY, TWELVE, Control, load_rig
 from facs_rig.anatomy import PART_NAMES
 from facs_rig.common.errors import InputError
 from facs_rig.conventions import CONVENTIONS
@@ -213,7 +213,7 @@ def middle(values: NDArray, form: str = ".0f") -> str:
 
 def sampled_actions() -> str:
     """How many actions a drawing has, and how strong, in each scheme."""
-    ours = [name in DETECTED for name in CONTROL_NAMES]
+    ours = [name in TWELVE for name in CONTROL_NAMES]
     columns = []
     for scheme in SCHEMES:
         values = strengths(drawn(scheme))
@@ -246,9 +246,9 @@ def sampled_controls() -> str:
     values = [strengths(drawn(scheme)) > 0 for scheme in SCHEMES]
     cells = [
         f"`{name}` | {' | '.join(percent(v[:, CONTROL_NAMES.index(name)]) for v in values)}"
-        for name in DETECTED
+        for name in TWELVE
     ]
-    rest = [k for k, name in enumerate(CONTROL_NAMES) if name not in DETECTED]
+    rest = [k for k, name in enumerate(CONTROL_NAMES) if name not in TWELVE]
     ends = [f"{min(shares):.0f} to {max(shares):.0f} %"
             for shares in (100 * v[:, rest].mean(axis=0) for v in values)]  # fmt: skip
     heading = f"active in | {' | '.join(SCHEMES)}"

@@ -4,9 +4,9 @@ from .controls import (
     ARKIT_NAMES,
     CONTROL_NAMES,
     CONTROLS,
-    DETECTED,
     FULL_INTENSITY,
     MAX_INTENSITY,
+    TWELVE,
     Control,
 )
 from .identity import IDENTITY, Feature
@@ -15,7 +15,7 @@ from .raster import Buffers, rasterise, shade, visible
 from .rig import FaceRig, landmark_points, load_rig
 
 __all__ = [
-    "ARKIT_NAMES", "CONTROLS", "CONTROL_NAMES", "DETECTED", "FULL_INTENSITY", "IDENTITY",
+    "ARKIT_NAMES", "CONTROLS", "CONTROL_NAMES", "TWELVE", "FULL_INTENSITY", "IDENTITY",
     "LANDMARKS", "LANDMARKS_68", "MAX_INTENSITY", "Buffers", "Camera", "Control", "FaceParameters",
     "FaceRig", "Feature", "landmark_points", "load_rig", "rasterise", "shade", "visible",
 ]  # fmt: skip

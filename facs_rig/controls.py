@@ -193,7 +193,7 @@ def _whole() -> tuple[int, ...]:
 WHOLE: tuple[int, ...] = _whole()
 
 # The twelve that the thesis' classifiers see, in its order.
-DETECTED: tuple[str, ...] = (
+TWELVE: tuple[str, ...] = (
     "frontalis", "medialis_frontalis", "brow_furrow", "grimace", "grimace_left", "grimace_right",
     "sneer", "wince", "squint", "outer_squint", "smile", "pucker",
 )  # fmt: skip

@@ -5,7 +5,7 @@ from .fit import Fit, fit_offsets
 from .line_fit import LineFit, fit_lines, unmatched_lines
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, polylines
 from .model_lines import face_contours, face_lines
-from .shape import Evidence, PinsApart
+from .shape import Observations, PinsApart
 from .strokes import carvable
 from .tweakables import (
     DEEPEST,
@@ -24,7 +24,7 @@ __all__ = [
     "PROFILES",
     "WIDEST",
     "WORKING_SIZE",
-    "Evidence",
+    "Observations",
     "Fit",
     "LineFit",
     "Lines",

@@ -23,7 +23,7 @@ from .model_lines import face_contours
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
-from .shape import Evidence, fit_shape
+from .shape import Observations, fit_shape
 from .tweakables import WORKING_SIZE, Tweakables
 
 __all__ = ["LineFit", "fit_lines", "unmatched_lines"]
@@ -61,13 +61,13 @@ def fit_lines(
     rig: FaceRig,
     parameters: FaceParameters,
     camera: Camera,
-    evidence: Evidence,
+    observed: Observations,
     tweakables: Tweakables | None = None,
     pull: bool = True,
 ) -> LineFit:
     """Fit a face to a drawing (h, w; 1 is paper).
 
-    parameters, camera : as detected and aligned      evidence : what else is known of the drawing
+    parameters, camera : as detected and aligned      observed : what else is known of the drawing
     tweakables : LINE_TWEAKABLES of them count
     pull : False leaves the skin as the parameters shape it, smooth, with offsets of 0
 
@@ -85,12 +85,12 @@ def fit_lines(
     drawn = centre_lines(drawing, box)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
-    parameters, camera = fit_shape(drawn, rig.coarse, parameters, camera, evidence)
+    parameters, camera = fit_shape(drawn, rig.coarse, parameters, camera, observed)
     clock.lap("shape")
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
-        offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, evidence.pins)
+        offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, observed.pins)
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
@@ -106,7 +106,7 @@ def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[
     model : all lines of the fitted face, as many kinds as can be drawn
     """
     head = HEAD * camera.scale[0]
-    pair, _ = nearest_lines(drawn=model, asked=drawn, turn=ANSWERS * head, reach=ANSWERS * head)
+    pair, _ = nearest_lines(among=model, of=drawn, turn=ANSWERS * head, reach=ANSWERS * head)
     step = drawn.spacing
     found = []
     for path in paths(drawn.points, 1.6 * step):

@@ -180,18 +180,18 @@ def spacing(points: NDArray[np.floating]) -> float:
 
 
 def nearest_lines(
-    drawn: Lines, asked: Lines, turn: float, reach: float
+    among: Lines, of: Lines, turn: float, reach: float
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """For each point of the lines `asked` the drawn one that lies and runs most like it.
+    """For each point of some lines (k) the one `among` others that lies and runs most like it.
 
     Distance counts in pixels, and a right angle between the two as `turn` pixels (directional
     chamfer matching: Liu, Tuzel, Veeraraghavan, Chellappa 2010, "Fast Directional Chamfer
     Matching", CVPR). Returns (k,) int, -1 where none is within `reach`, and (k,) that distance.
     """
-    if not len(drawn.points) or not len(asked.points):
-        return np.full(len(asked.points), -1), np.full(len(asked.points), np.inf)
-    tree = cKDTree(_placed(drawn, turn))
-    away, near = tree.query(_placed(asked, turn), distance_upper_bound=reach)
+    if not len(among.points) or not len(of.points):
+        return np.full(len(of.points), -1), np.full(len(of.points), np.inf)
+    tree = cKDTree(_placed(among, turn))
+    away, near = tree.query(_placed(of, turn), distance_upper_bound=reach)
     return np.where(np.isfinite(away), near, -1), away
 
 

@@ -26,7 +26,7 @@ from .parts import carry_parts, keep_lids_on_eyes
 from .shape import skull_triangles, under_hair
 from .tweakables import Tweakables
 
-__all__ = ["pull_skin", "settle"]
+__all__ = ["pull_skin", "line_moves"]
 
 ROUNDS = 6
 REACH = (0.012, 0.008)
@@ -46,7 +46,7 @@ OPEN = {"jaw_open": 5.0}
 """Distance over the skin is that of a face with its mouth open: lips do not pull each other."""
 
 
-def settle(
+def line_moves(
     model: Lines,
     starts: NDArray[np.integer],
     drawn: Lines,
@@ -118,7 +118,7 @@ def pull_skin(
     head = HEAD * camera.scale[0]
     reach = REACH[0] * head, REACH[1] * head
     stiff = ALPHA * tweakables.smoothness, BETA * tweakables.smoothness
-    moves, sure = settle(model.lines, model.starts, drawn, reach, *stiff)
+    moves, sure = line_moves(model.lines, model.starts, drawn, reach, *stiff)
     over = skull_triangles(rig)[model.triangle]
     sure[under_hair(drawn, model.lines.points, over, head)] = 0.0
     asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))

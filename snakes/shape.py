@@ -27,7 +27,7 @@ from facs_rig.rotation import rotation
 from .lines import HEAD, Lines, nearest_lines
 from .model_lines import face_contours
 
-__all__ = ["Evidence", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
+__all__ = ["Observations", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
 
 
 class PinsApart(InputError):
@@ -35,18 +35,18 @@ class PinsApart(InputError):
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Observations:
     """What is known of a drawn face beside its lines.
 
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
-    settled : controls whose intensity the artist has said; it stays whatever the lines look like
+    decided : controls whose intensity the artist has said; it stays whatever the lines look like
     """
 
     landmarks: Mapping[str, tuple[float, float]]
     spreads: Mapping[str, float]
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    settled: frozenset[str] = frozenset()
+    decided: frozenset[str] = frozenset()
 
 
 STEPS = (0.05, 0.03, 0.018)
@@ -63,8 +63,9 @@ PINNED = 0.002
 """How far off a pin may be, as a share of the head."""
 ROOM = 2.0
 """How many times as large or small as it was found a head may become by its pins."""
-LANDMARKS_KNOW = 45.0
-"""So many independent landmarks know as much as all."""
+EFFECTIVE_LANDMARKS = 45.0
+"""Effective sample size: the errors of a face's landmarks go together, so that all of them weigh as
+much as so many independent ones."""
 SPREAD = {"gender": 0.35, "age": 0.3, "weight": 0.4, "african": 0.3, "asian": 0.3, "caucasian": 0.3}
 """Standard deviations of identity parameters among people; of features FEATURE."""
 FEATURE = 0.3
@@ -88,7 +89,7 @@ def fit_shape(
     rig: FaceRig,
     parameters: FaceParameters,
     camera: Camera,
-    evidence: Evidence,
+    observed: Observations,
     steps: Sequence[float] = STEPS,
 ) -> tuple[FaceParameters, Camera]:
     """Identity, head, intensities and camera with which a face's lines lie on those of a drawing.
@@ -99,25 +100,25 @@ def fit_shape(
     Without lines the landmarks alone decide. Raises PinsApart where pins blow the face up or crush
     it.
     """
-    guess = _Guess.of(parameters, camera, evidence.settled)
+    guess = _Guess.of(parameters, camera, observed.decided)
     values = guess.start(parameters)
-    known = {**evidence.landmarks, **evidence.pins}
+    known = {**observed.landmarks, **observed.pins}
     marks = [name for name in known if name in LANDMARKS]
     rows = rig.landmarks[[LANDMARKS.index(name) for name in marks]]
     fixed = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
     places = np.array([known[name] for name in marks]).reshape(-1, 2)
-    pinned = np.array([name in evidence.pins for name in marks], dtype=bool)
-    spreads = np.array([evidence.spreads.get(name, 0.0) for name in marks])
+    pinned = np.array([name in observed.pins for name in marks], dtype=bool)
+    spreads = np.array([observed.spreads.get(name, 0.0) for name in marks])
     skull = skull_triangles(rig)
     start = camera
     for reach in (0.0, *steps):
         parameters, camera = guess.face(values, parameters, camera)
-        _check_room(camera, start, evidence.pins)
+        _check_room(camera, start, observed.pins)
         head = HEAD * camera.scale[0]
         system = _System(guess, values)
         jacobian, here = _moves(rig, fixed, guess, parameters, camera)
         sure = 1 / np.maximum(spreads / head, LEAST_SPREAD)
-        weight = sure * np.sqrt(LANDMARKS_KNOW / max(len(marks), 1))
+        weight = sure * np.sqrt(EFFECTIVE_LANDMARKS / max(len(marks), 1))
         off = (places - here) / head
         far = np.linalg.norm(off, axis=1) * sure
         weight = weight / np.sqrt(1 + (far / 3) ** 2)  # Cauchy: some lie on the wrong feature
@@ -143,7 +144,7 @@ def fit_shape(
                 system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
         values = system.solve()
     parameters, camera = guess.face(values, parameters, camera)
-    _check_room(camera, start, evidence.pins)
+    _check_room(camera, start, observed.pins)
     return parameters, camera
 
 
@@ -170,10 +171,10 @@ class _Guess:
     high: NDArray[np.float64]
 
     @classmethod
-    def of(cls, parameters: FaceParameters, camera: Camera, settled: Collection[str]) -> _Guess:
+    def of(cls, parameters: FaceParameters, camera: Camera, decided: Collection[str]) -> _Guess:
         identity = tuple(f.name for f in IDENTITY if f.name not in FIXED)
         controls = tuple(
-            name for name, value in parameters.aus.items() if value and name not in settled
+            name for name, value in parameters.aus.items() if value and name not in decided
         )
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)

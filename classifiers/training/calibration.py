@@ -15,7 +15,7 @@ from .targets import Targets
 # A unit is called active where what is seen is so many times as likely with it as without. 1 gives
 # the highest balanced accuracy, and a face full of actions that nobody drew; 3 has a third of those
 # false alarms, for one or two points of balanced accuracy. See docs/detectors.md.
-EVIDENCE = 3.0
+LIKELIHOOD_RATIO = 3.0
 # But never where it is clearly less likely than not: of a rare action that is hard to see, three
 # times a little is little, and a face wears whatever is called active.
 LEAST = 0.3
@@ -27,7 +27,7 @@ def calibrate(
     """What makes probabilities and decisions of the units' logits, and a probability of the face's.
 
     The probability of a unit is sigmoid(logit / temperature + offset), from `metrics.platt`, and
-    its threshold follows from `EVIDENCE` and `LEAST`; that of a face is sigmoid(logit /
+    its threshold follows from `LIKELIHOOD_RATIO` and `LEAST`; that of a face is sigmoid(logit /
     temperature).
     """
     logits = np.array([reading.logits for reading in readings])
@@ -39,10 +39,10 @@ def calibrate(
         "temperatures": {name: temperature for name, (temperature, _) in fits.items()},
         "offsets": {name: offset for name, (_, offset) in fits.items()},
         "thresholds": {
-            name: max(LEAST, metrics.threshold(targets.active[:, k], EVIDENCE))
+            name: max(LEAST, metrics.threshold(targets.active[:, k], LIKELIHOOD_RATIO))
             for k, name in enumerate(aus)
         },
-        "evidence": EVIDENCE,
+        "evidence": LIKELIHOOD_RATIO,
         "least": LEAST,
         "face_temperature": max(face_temperature, 0.5),
     }

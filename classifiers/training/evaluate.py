@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from facs_rig import DETECTED
+from facs_rig import TWELVE
 
 from ..detector import ANGLES, CLOSE, Detector, Reading
 from . import metrics, shards
@@ -50,7 +50,7 @@ def mean(values: Iterable[float]) -> float:
 
 
 def unit_figures(aus: Sequence[str], answers: Answers, targets: Targets) -> dict[str, Any]:
-    """Figures of each unit (`UNIT_FIGURES`), their means over all and over the twelve of DETECTED.
+    """Figures of each unit (`UNIT_FIGURES`), their means over all and over the twelve of TWELVE.
 
     Per unit: share of yes, accuracy, balanced accuracy, F1, AUC, calibration error (ECE), mean
     intensity error where it is active. Undecided drawings (targets of nan) do not count.
@@ -68,7 +68,7 @@ def unit_figures(aus: Sequence[str], answers: Answers, targets: Targets) -> dict
             "ece": metrics.calibration_error(truth, probability),
             "intensity_error": float(off.mean()) if len(off) else float("nan"),
         }
-    twelve = [unit for name, unit in units.items() if name in DETECTED]
+    twelve = [unit for name, unit in units.items() if name in TWELVE]
     return {
         "mean": {key: mean(unit[key] for unit in units.values()) for key in UNIT_FIGURES},
         "mean_of_the_twelve": {key: mean(unit[key] for unit in twelve) for key in UNIT_FIGURES},

@@ -31,7 +31,7 @@ from facs_rig.common.images import area_resample
 
 from ..preprocess import Floats, even_ink, ink_square
 from . import metrics, shards
-from .calibration import EVIDENCE
+from .calibration import LIKELIHOOD_RATIO
 from .common import Config, log, save, usable
 from .readings import Row, pages_of
 from .targets import encode
@@ -245,7 +245,7 @@ def train_baseline(data: shards.DataSet, unit: str, out: Path, config: Config) -
             "network": network.state_dict(),
             "temperature": temperature,
             "offset": offset,
-            "threshold": metrics.threshold(truth[kept], EVIDENCE),
+            "threshold": metrics.threshold(truth[kept], LIKELIHOOD_RATIO),
             "steps": step,
             "images": images,
             "seconds": seconds,

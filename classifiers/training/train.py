@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from facs_rig import DETECTED
+from facs_rig import TWELVE
 from facs_rig.common.errors import InputError
 
 from . import losses, shards
@@ -304,7 +304,7 @@ def validate(networks: Networks, batch: dict[str, Tensor]) -> dict[str, float]:
     )
     scores = [auc(truth[:, k], units[:, k, 1] - units[:, k, 0]) for k in range(truth.shape[1])]
     offset = points[..., :2] - places
-    twelve = [score for name, score in zip(networks.aus, scores, strict=True) if name in DETECTED]
+    twelve = [score for name, score in zip(networks.aus, scores, strict=True) if name in TWELVE]
     known = not np.all(np.isnan(scores))
     return {
         "auc": float(np.nanmean(scores)) if known else float("nan"),

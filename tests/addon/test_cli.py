@@ -15,7 +15,7 @@ from PIL import Image
 from addon import cli
 from addon.console import Bar
 from addon.sketches.render import FOLDER as SKETCHES
-from facs_rig import DETECTED
+from facs_rig import TWELVE
 from snakes import Tweakables
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -215,7 +215,7 @@ def test_fit_writes_face_report_and_preview(capsys, folder):
     assert Path("face.glb").read_bytes()[:4] == b"glTF"
 
     report = json.loads(Path("report.json").read_text())
-    assert set(report["aus"]) >= set(DETECTED)
+    assert set(report["aus"]) >= set(TWELVE)
     assert set(report["head"]) == {"yaw", "pitch", "roll"}
     projection = np.array(report["projection"])
     assert projection.shape == (3, 4)

@@ -18,7 +18,7 @@ from classifiers import load_detector
 from classifiers.evidence import evidence
 from classifiers.finding import Face
 from classifiers.plausible import NO_NOSE
-from facs_rig import DETECTED
+from facs_rig import TWELVE
 from facs_rig.common.box import Box
 from tests.classifiers import doodles
 from tests.classifiers.doodles import doodle
@@ -51,7 +51,7 @@ def test_an_object_a_line(capsys):
     answers = [json.loads(line) for line in said.out.splitlines()]
     assert [answer["sketch"] for answer in answers] == sketches
     for answer in answers:
-        assert set(answer["aus"]) >= set(DETECTED)
+        assert set(answer["aus"]) >= set(TWELVE)
         for au in answer["aus"].values():
             assert set(au) == {"probability", "active", "intensity"}
             assert 0 <= au["probability"] <= 1
@@ -81,7 +81,7 @@ def test_it_goes_on_after_a_sketch_that_fails(capsys, folder):
 def test_for_people(capsys):
     assert cli.main(["detect", str(SKETCH)]) == 0
     said = capsys.readouterr().out
-    assert str(SKETCH) in said and all(name in said for name in DETECTED)
+    assert str(SKETCH) in said and all(name in said for name in TWELVE)
 
 
 def test_damaged_weights_are_named(capsys, folder, monkeypatch):

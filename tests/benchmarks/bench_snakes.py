@@ -38,7 +38,7 @@ from snakes import (  # noqa: E402
     unmatched_lines,
 )
 from snakes.active import relax  # noqa: E402
-from snakes.pull import settle  # noqa: E402
+from snakes.pull import line_moves  # noqa: E402
 
 ROUNDS = 5
 OTHER = {"head_width": 0.5, "head_fat": 0.6, "eye_spacing": 0.4, "gender": 0.9}
@@ -85,7 +85,7 @@ def main() -> None:
             found = fits[-1]
     model = face_contours(rig, begin, camera)
     reach = (0.012 * HEAD * camera.scale[0], 0.008 * HEAD * camera.scale[0])
-    took = median_ms(lambda: settle(model.lines, model.starts, found.drawn, reach))
+    took = median_ms(lambda: line_moves(model.lines, model.starts, found.drawn, reach))
     print(
         f"{len(model.starts) - 1} snakes at rest, {len(model.lines.points)} points: {took:.1f} ms"
     )

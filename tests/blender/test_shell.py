@@ -11,7 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from facs_rig import CONTROL_NAMES, DETECTED, FaceParameters  # noqa: E402
+from facs_rig import CONTROL_NAMES, TWELVE, FaceParameters  # noqa: E402
 from facs_rig.blender.pose import is_face, refresh, set_pose  # noqa: E402
 from snakes import Tweakables  # noqa: E402
 
@@ -123,7 +123,7 @@ def test_button_builds_the_face_of_the_pipeline(shell, sketch, rig, evaluated):
         assert face[name] == fit.parameters.aus.get(name, 0.0)
     assert np.abs(evaluated(face) - fit.vertices).max() < 1e-5
     detections = face.sketch_to_face.detections
-    assert set(detections.keys()) >= set(DETECTED)
+    assert set(detections.keys()) >= set(TWELVE)
     for item in detections:
         assert item.probability == pytest.approx(fit.detection.probabilities[item.name], abs=1e-6)
         assert item.active == fit.detection.active[item.name]

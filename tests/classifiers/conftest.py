@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageDraw
 
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, LANDMARKS, TWELVE
 from facs_rig.anatomy import LANDMARK_POINTS
 
 SIZE = 256
@@ -29,7 +29,7 @@ def cartoon(rng: np.random.Generator) -> tuple[np.ndarray, dict]:
     origin = np.array([128, 118]) + rng.normal(0, 6, 2)
     yaw = float(rng.uniform(-0.5, 0.5))
     aus = dict.fromkeys(CONTROL_NAMES, 0.0)
-    for name in DETECTED:
+    for name in TWELVE:
         if rng.random() < 0.45:
             aus[name] = float(rng.uniform(1, 5))
 
@@ -140,5 +140,5 @@ def fresh_weights(tmp_path_factory, cartoons) -> Path:
     folder = tmp_path_factory.mktemp("weights")
     data = shards.load(cartoons)
     config = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, imagenet=False)
-    export(train(data, DETECTED, folder / "run", config), data, folder, say=lambda text: None)
+    export(train(data, TWELVE, folder / "run", config), data, folder, say=lambda text: None)
     return folder

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from classifiers.conflicts import OPPOSITES, RIVALS, VERSIONS, settle
+from classifiers.conflicts import OPPOSITES, RIVALS, VERSIONS, resolve
 from classifiers.labels import ACTIVE, FULL, mirrored_name
-from facs_rig import CONTROL_NAMES, DETECTED
+from facs_rig import CONTROL_NAMES, TWELVE
 
 # Few different values, so that ties and the limit itself are drawn often.
 probability = st.sampled_from([0.1, 0.3, 0.4, 0.5, 0.6, 0.9])
@@ -35,23 +35,23 @@ def said(**pairs):
     probabilities = dict(intensities)
     for name, (value, likely) in pairs.items():
         intensities[name], probabilities[name] = value, likely
-    settled = settle(intensities, probabilities)
+    settled = resolve(intensities, probabilities)
     return {name: settled[name] for name in active(settled)}
 
 
 @given(detections())
 def test_settling_twice_changes_nothing(detection):
     intensities, probabilities = detection
-    once = settle(intensities, probabilities)
-    assert settle(once, probabilities) == once
+    once = resolve(intensities, probabilities)
+    assert resolve(once, probabilities) == once
     assert tuple(once) == CONTROL_NAMES
 
 
 @given(detections())
 def test_a_mirrored_detection_is_settled_to_the_mirrored_result(detection):
     mirrored = [{mirrored_name(name): v for name, v in part.items()} for part in detection]
-    settled = settle(*detection)
-    assert settle(*mirrored) == {mirrored_name(name): value for name, value in settled.items()}
+    settled = resolve(*detection)
+    assert resolve(*mirrored) == {mirrored_name(name): value for name, value in settled.items()}
 
 
 @given(detections(), st.randoms())
@@ -59,13 +59,13 @@ def test_the_order_of_the_names_does_not_matter(detection, random):
     names = list(CONTROL_NAMES)
     random.shuffle(names)
     shuffled = [{name: part[name] for name in names} for part in detection]
-    assert settle(*shuffled) == settle(*detection)
+    assert resolve(*shuffled) == resolve(*detection)
 
 
 @given(detections())
 def test_nothing_is_added_but_the_symmetric_one_of_two_sides(detection):
     before, _ = detection
-    after = settle(*detection)
+    after = resolve(*detection)
     for name in active(after) - active(before):
         assert before[f"{name}_left"] and before[f"{name}_right"]
     assert all(value == 0 or ACTIVE <= value <= FULL for value in after.values())
@@ -79,7 +79,7 @@ def test_nothing_is_added_but_the_symmetric_one_of_two_sides(detection):
 @given(detections())
 def test_no_opposites_are_left_and_of_rivals_no_doubtful_one(detection):
     _, probabilities = detection
-    left = active(settle(*detection))
+    left = active(resolve(*detection))
     for one, other in OPPOSITES:
         for version in VERSIONS:
             assert not {one + version, other + version} <= left
@@ -92,11 +92,11 @@ def test_no_opposites_are_left_and_of_rivals_no_doubtful_one(detection):
             assert less >= 0.5 or less == more
 
 
-@given(detections(DETECTED))
+@given(detections(TWELVE))
 def test_a_part_of_the_catalogue_will_do(detection):
-    settled = settle(*detection)
-    assert tuple(settled) == DETECTED
-    assert settle(settled, detection[1]) == settled
+    settled = resolve(*detection)
+    assert tuple(settled) == TWELVE
+    assert resolve(settled, detection[1]) == settled
 
 
 @given(detections())
@@ -105,7 +105,7 @@ def test_what_is_alone_stays(detection):
     intensities, probabilities = detection
     for name in active(intensities):
         alone = dict.fromkeys(intensities, 0.0) | {name: intensities[name]}
-        assert settle(alone, probabilities) == alone
+        assert resolve(alone, probabilities) == alone
 
 
 def test_every_name_in_the_tables_is_a_control():

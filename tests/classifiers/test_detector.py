@@ -16,7 +16,7 @@ from classifiers.labels import ACTIVE, FULL, mirror_order
 from classifiers.preprocess import FACE_MARGIN, as_page
 from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
 from classifiers.training import shards
-from facs_rig import DETECTED, LANDMARKS
+from facs_rig import LANDMARKS, TWELVE
 from facs_rig.common.box import Box
 
 
@@ -33,7 +33,7 @@ def drawing(cartoons) -> np.ndarray:
 def test_a_detection_is_complete_and_in_range(detector, drawing):
     found = detector.detect(drawing)
     for mapping in (found.probabilities, found.active, found.intensities):
-        assert tuple(mapping) == DETECTED
+        assert tuple(mapping) == TWELVE
     assert all(0 <= p <= 1 for p in found.probabilities.values())
     assert all(type(active) is bool for active in found.active.values())
     for name, value in found.intensities.items():
@@ -44,7 +44,7 @@ def test_a_detection_is_complete_and_in_range(detector, drawing):
     assert tuple(found.confidences) == LANDMARKS
     assert all(0 <= p <= 1 for p in found.confidences.values())
     assert bool(found.faces) != bool(found.trouble)
-    assert set(found.expression()) == {name for name in DETECTED if found.active[name]}
+    assert set(found.expression()) == {name for name in TWELVE if found.active[name]}
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (1400, 900)])
@@ -74,7 +74,7 @@ def test_size_and_paper_around_the_drawing_hardly_matter(detector, drawing):
 def test_the_second_look_of_a_mirrored_crop_is_the_mirrored_answer(detector, rng):
     crop = rng.random((detector.size, detector.size), np.float32) ** 4
     a, b = detector.look_both_ways(crop), detector.look_both_ways(crop[:, ::-1])
-    np.testing.assert_allclose(b.logits, a.logits[:, mirror_order(DETECTED)], atol=1e-4)
+    np.testing.assert_allclose(b.logits, a.logits[:, mirror_order(TWELVE)], atol=1e-4)
     np.testing.assert_allclose(b.angles, a.angles * (-1, 1, -1), atol=1e-5)
     order = mirror_order(LANDMARKS)
     np.testing.assert_allclose(b.landmarks, a.landmarks[:, order] * (-1, 1) + (1, 0), atol=1e-4)
@@ -82,7 +82,7 @@ def test_the_second_look_of_a_mirrored_crop_is_the_mirrored_answer(detector, rng
 
 def reading(**changes) -> Reading:
     """An answer in which nothing is active."""
-    count = len(DETECTED)
+    count = len(TWELVE)
     nothing = {
         "logits": np.full(count, -40.0),
         "intensities": np.full(count, 0.2),
@@ -96,9 +96,9 @@ def reading(**changes) -> Reading:
 
 
 def test_thresholds_and_the_rules_of_conflicts_decide(detector, monkeypatch):
-    k = {name: i for i, name in enumerate(DETECTED)}
-    logits = np.full(len(DETECTED), -40.0)
-    intensities = np.full(len(DETECTED), 0.2)
+    k = {name: i for i, name in enumerate(TWELVE)}
+    logits = np.full(len(TWELVE), -40.0)
+    intensities = np.full(len(TWELVE), 0.2)
     for name, value in (("smile", 7.3), ("grimace_left", 4.0), ("grimace_right", 2.5)):
         logits[k[name]], intensities[k[name]] = 40, value
     both = reading(logits=logits, intensities=intensities)
@@ -175,7 +175,7 @@ class Blobs:
                     face[k] = 12.0  # as sure as of an upright face
                 if not self.collapsed:
                     landmarks[k] = (np.array([u, v]) + side * CORNERS) / size
-        none = np.zeros((n, len(DETECTED)))
+        none = np.zeros((n, len(TWELVE)))
         spreads = np.full((n, len(LANDMARKS)), -4.0)
         return Answers(none - 9, none, np.zeros((n, 3)), landmarks, spreads, face, found)
 

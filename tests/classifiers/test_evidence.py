@@ -10,11 +10,11 @@ from classifiers.detector import Detector
 from classifiers.evidence import Evidence, evidence, occlusion
 from classifiers.labels import mirror_order
 from classifiers.runtime import Answers
-from facs_rig import DETECTED, LANDMARKS
+from facs_rig import LANDMARKS, TWELVE
 from facs_rig.common.box import Box
 
-SMILE, FRONTALIS = DETECTED.index("smile"), DETECTED.index("frontalis")
-LEFT = DETECTED.index("grimace_left")
+SMILE, FRONTALIS = TWELVE.index("smile"), TWELVE.index("frontalis")
+LEFT = TWELVE.index("grimace_left")
 
 
 class Counting:
@@ -24,11 +24,11 @@ class Counting:
     def run(self, ink: np.ndarray) -> Answers:
         half = ink.shape[1] // 2
         share = ink.mean(axis=2)
-        logits = np.zeros((len(ink), len(DETECTED)))
+        logits = np.zeros((len(ink), len(TWELVE)))
         logits[:, SMILE] = 40 * share[:, half:].mean(axis=1)
         logits[:, FRONTALIS] = -40 * share[:, :half].mean(axis=1)
         logits[:, LEFT] = 40 * ink[:, :, half:].mean(axis=(1, 2))
-        logits[:, DETECTED.index("grimace_right")] = 40 * ink[:, :, :half].mean(axis=(1, 2))
+        logits[:, TWELVE.index("grimace_right")] = 40 * ink[:, :, :half].mean(axis=(1, 2))
         none = np.zeros((len(ink), len(LANDMARKS), 2))
         turn, face = np.zeros((len(ink), 3)), np.full(len(ink), 5.0)
         found = np.full((len(ink), 2, 2, 4), -9.0)
@@ -39,7 +39,7 @@ class Counting:
 def detector(fresh_weights, monkeypatch) -> Detector:
     loaded = load_detector(fresh_weights)
     monkeypatch.setattr(loaded, "_networks", Counting())
-    monkeypatch.setattr(loaded, "_temperatures", np.ones(len(DETECTED)))
+    monkeypatch.setattr(loaded, "_temperatures", np.ones(len(TWELVE)))
     return loaded
 
 
@@ -50,14 +50,14 @@ def ink(rng) -> np.ndarray:
 
 def test_evidence_lies_where_the_control_was_read_from(detector, ink):
     heat = occlusion(ink, detector)
-    assert heat.shape == (len(DETECTED), 64, 64) and heat.dtype == np.float32
+    assert heat.shape == (len(TWELVE), 64, 64) and heat.dtype == np.float32
     for k, sign in ((SMILE, 1), (FRONTALIS, -1)):
         above, below = heat[k, :26].mean(), heat[k, 38:].mean()
         there, elsewhere = (below, above) if k == SMILE else (above, below)
         assert sign * there > 10 * abs(elsewhere)
     right, left = heat[LEFT, :, 38:].mean(), heat[LEFT, :, :26].mean()
     assert right > 10 * abs(left)
-    assert np.abs(heat[DETECTED.index("pucker")]).max() == 0
+    assert np.abs(heat[TWELVE.index("pucker")]).max() == 0
 
 
 def test_a_mirrored_crop_has_the_mirrored_evidence(rng, monkeypatch):
@@ -75,7 +75,7 @@ def test_maps_lie_on_the_drawing_that_was_read(detector):
     drawing[60:140:8, 80:220] = 0
     found = evidence(drawing, detector)
     assert found.detection == detector.detect(drawing)
-    assert tuple(found.maps) == DETECTED
+    assert tuple(found.maps) == TWELVE
     page = found.on_page("smile")
     assert page.shape == drawing.shape and page.dtype == np.float32
     box = found.box

@@ -15,7 +15,7 @@ from classifiers.labels import (
     mirrored_name,
     resolve_sides,
 )
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, LANDMARKS, TWELVE
 
 GRIMACES = ("grimace", "grimace_left", "grimace_right")
 intensity = st.floats(0, 10)
@@ -54,7 +54,7 @@ def test_detected_grimaces_never_stack(both, left, right):
 
 
 def test_mirroring_names_twice_is_the_identity():
-    for names in (DETECTED, LANDMARKS, CONTROL_NAMES):
+    for names in (TWELVE, LANDMARKS, CONTROL_NAMES):
         order = mirror_order(names)
         np.testing.assert_array_equal(order[order], np.arange(len(names)))
         assert any(order != np.arange(len(names)))

@@ -21,7 +21,7 @@ from classifiers.training.readings import DetectorReader
 from classifiers.training.shards import DataSet
 from classifiers.training.targets import encode
 from dataset_gen.generate import make_sample
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, LANDMARKS, TWELVE
 from tests.nightly import sample
 
 SKETCHES = Path(__file__).resolve().parents[2] / "addon" / "sketches"
@@ -83,7 +83,7 @@ def test_rolled_drawings_are_read_as_well_as_upright_ones(fresh, degrees):
     detector = load_detector()
     drawings, records = (some[:120] for some in fresh)
     targets = encode(records, detector.aus, detector.landmarks)
-    twelve = [k for k, name in enumerate(detector.aus) if name in DETECTED]
+    twelve = [k for k, name in enumerate(detector.aus) if name in TWELVE]
 
     def auc_of_the_twelve(degrees: float) -> float:
         pages = [as_page(rolled(d / np.float32(255), degrees)) for d in drawings]

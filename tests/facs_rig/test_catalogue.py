@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from facs_rig import CONTROL_NAMES, CONTROLS, DETECTED, IDENTITY
+from facs_rig import CONTROL_NAMES, CONTROLS, IDENTITY, TWELVE
 from facs_rig.identity import FEATURES, macro_targets, target_weights
 
 # Rows of the thesis' table of face actions: muscle group's AUs, a-d variants written out.
@@ -25,9 +25,9 @@ def test_every_action_of_the_thesis_table_is_there():
 
 
 def test_the_twelve_that_are_detected_are_controls_with_creases():
-    assert len(DETECTED) == 12
+    assert len(TWELVE) == 12
     by_name = {c.name: c for c in CONTROLS}
-    assert all(by_name[name].creases for name in DETECTED)
+    assert all(by_name[name].creases for name in TWELVE)
 
 
 def test_one_sided_controls_come_in_pairs_with_a_symmetric_one():

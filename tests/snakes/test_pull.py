@@ -10,7 +10,7 @@ from snakes import face_lines
 from snakes.fit import skin_smoother
 from snakes.lines import Lines
 from snakes.parts import eyeballs, keep_lids_on_eyes, unfold
-from snakes.pull import _stiffness, pull_skin, settle
+from snakes.pull import _stiffness, line_moves, pull_skin
 from snakes.tweakables import Tweakables
 
 
@@ -49,7 +49,7 @@ def test_the_bands_are_those_of_the_differences(starts):
 
 
 def test_a_ring_settles_on_a_larger_one():
-    moves, sure = settle(circle(100), np.array([0, 240]), circle(106), (12.0, 9.0))
+    moves, sure = line_moves(circle(100), np.array([0, 240]), circle(106), (12.0, 9.0))
     # across (-v, u) of the direction is inwards on this ring
     np.testing.assert_allclose(moves, -6.0, atol=0.3)
     assert sure.min() > 0.5
@@ -57,15 +57,15 @@ def test_a_ring_settles_on_a_larger_one():
 
 def test_a_line_turns_onto_a_slanting_one_and_its_ends_are_free():
     drawn = straight(slope=0.1, height=1.0)
-    moves, sure = settle(straight(), ONE, drawn, (9.0, 9.0))
+    moves, sure = line_moves(straight(), ONE, drawn, (9.0, 9.0))
     np.testing.assert_allclose(moves, drawn.points[:, 1], atol=0.4)
 
 
 def test_a_stiff_line_keeps_its_form_and_a_soft_one_follows():
     bent = straight()
     wave = Lines(bent.points + [[0, 1]] * np.sin(bent.points[:, :1] / 4), bent.along)
-    soft, _ = settle(bent, ONE, wave, (6.0, 6.0), alpha=0.0, beta=0.01)
-    stiff, _ = settle(bent, ONE, wave, (6.0, 6.0), alpha=0.0, beta=1e7)
+    soft, _ = line_moves(bent, ONE, wave, (6.0, 6.0), alpha=0.0, beta=0.01)
+    stiff, _ = line_moves(bent, ONE, wave, (6.0, 6.0), alpha=0.0, beta=1e7)
     assert np.abs(soft - np.sin(bent.points[:, 0] / 4)).max() < 0.2
     assert np.abs(np.diff(stiff, n=2)).max() < 1e-3
 
@@ -73,7 +73,7 @@ def test_a_stiff_line_keeps_its_form_and_a_soft_one_follows():
 def test_what_finds_no_line_follows_its_neighbours_and_is_not_sure():
     drawn = straight(height=3.0)
     half = Lines(drawn.points[:30], drawn.along[:30])
-    moves, sure = settle(straight(), ONE, half, (8.0, 6.0))
+    moves, sure = line_moves(straight(), ONE, half, (8.0, 6.0))
     assert (sure[:28] > 0.3).all() and (sure[40:] == 0).all()
     np.testing.assert_allclose(moves[:28], 3.0, atol=0.2)
     np.testing.assert_allclose(moves[40:], 3.0, atol=0.5)
@@ -82,7 +82,7 @@ def test_what_finds_no_line_follows_its_neighbours_and_is_not_sure():
 def test_lines_across_and_lines_far_away_are_no_lines_to_settle_on():
     across = Lines(straight().points[:, ::-1] + (30.0, -30.0), np.tile([0.0, 1.0], (60, 1)))
     for drawn in (across, straight(height=40.0), Lines(np.zeros((0, 2)), np.zeros((0, 2)))):
-        moves, sure = settle(straight(), ONE, drawn, (6.0, 4.0))
+        moves, sure = line_moves(straight(), ONE, drawn, (6.0, 4.0))
         assert np.abs(moves).max() < 0.1 and sure.max() < 0.35
 
 
@@ -105,8 +105,8 @@ def test_the_skin_follows_and_no_vertex_goes_too_far(scene_of_a_face):
     rig, parameters, camera, model, drawn = scene_of_a_face
     offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, USUAL)
     after = face_lines(rig, rig.pose(parameters, offsets), camera, kinds=("contour",), step=2.0)
-    before, _ = settle(model.lines, model.starts, drawn, (6.0, 4.0))
-    left, _ = settle(after.lines, after.starts, drawn, (6.0, 4.0))
+    before, _ = line_moves(model.lines, model.starts, drawn, (6.0, 4.0))
+    left, _ = line_moves(after.lines, after.starts, drawn, (6.0, 4.0))
     assert np.abs(left).mean() < 0.6 * np.abs(before).mean()
     assert np.linalg.norm(offsets, axis=1).max() < 0.008
     bound = pull_skin(drawn, model, rig, parameters, camera, 0.0005, USUAL)

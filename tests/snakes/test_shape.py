@@ -10,7 +10,7 @@ import pytest
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from snakes.lines import Lines
 from snakes.model_lines import face_lines
-from snakes.shape import Evidence, fit_shape, skull_triangles, under_hair
+from snakes.shape import Observations, fit_shape, skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(
@@ -35,8 +35,8 @@ def drawn():
     return posed, camera, outlines(posed, camera).lines, marks
 
 
-def evidence(marks, spread=2.0):
-    return Evidence(marks, dict.fromkeys(marks, spread))
+def observed(marks, spread=2.0):
+    return Observations(marks, dict.fromkeys(marks, spread))
 
 
 BEGIN = FaceParameters({"smile": 2.2}, head=(0.1, 0.0, 0.0))
@@ -53,7 +53,7 @@ def test_lines_and_landmarks_find_the_face(drawn):
     rig = load_rig()
     off = Camera(400, 400, (drawn[1].scale[0] * 1.03,) * 2, tuple(np.array(drawn[1].centre) + 4))
     before = away(rig, BEGIN, off, drawn)
-    found, camera = fit_shape(drawn[2], rig, BEGIN, off, evidence(drawn[3]))
+    found, camera = fit_shape(drawn[2], rig, BEGIN, off, observed(drawn[3]))
     after = away(rig, found, camera, drawn)
     assert after < 0.3 * before and after < 2.0
     assert found.aus["smile"] == pytest.approx(3.0, abs=0.8)
@@ -64,7 +64,7 @@ def test_lines_and_landmarks_find_the_face(drawn):
 def test_lines_do_better_than_landmarks_that_are_off(drawn):
     rig, rng = load_rig(), np.random.default_rng(3)
     loose = {n: tuple(np.array(p) + rng.normal(0, 5, 2)) for n, p in drawn[3].items()}
-    seen = evidence(loose, spread=6.0)
+    seen = observed(loose, spread=6.0)
     errors = []
     for lines in (NONE, drawn[2]):
         found, camera = fit_shape(lines, rig, BEGIN, drawn[1], seen)
@@ -74,7 +74,7 @@ def test_lines_do_better_than_landmarks_that_are_off(drawn):
 
 def test_lines_alone_suffice_where_the_camera_is_right(drawn):
     rig = load_rig()
-    blind = Evidence({}, {})
+    blind = Observations({}, {})
     before = away(rig, BEGIN, drawn[1], drawn)
     found, camera = fit_shape(drawn[2], rig, BEGIN, drawn[1], blind)
     assert away(rig, found, camera, drawn) < 0.7 * before
@@ -84,7 +84,7 @@ def test_parameters_stay_in_their_ranges_whatever_the_drawing(drawn):
     """Landmarks of a monster: a face with its own limits."""
     rig = load_rig()
     wild = {n: (200 + 2.5 * (u - 200), v) for n, (u, v) in drawn[3].items()}
-    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], evidence(wild, 0.5))
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], observed(wild, 0.5))
     assert np.isfinite(rig.pose(found)).all()  # posing raises for values outside their range
     assert camera.scale[0] > 0
     assert 0 <= found.aus["smile"] <= 6.5
@@ -93,14 +93,14 @@ def test_parameters_stay_in_their_ranges_whatever_the_drawing(drawn):
 def test_one_wrong_landmark_does_not_pull_the_face_along(drawn):
     rig = load_rig()
     wrong = {**drawn[3], "nose_tip": (20.0, 20.0)}
-    pair = [fit_shape(NONE, rig, BEGIN, drawn[1], evidence(marks)) for marks in (drawn[3], wrong)]
+    pair = [fit_shape(NONE, rig, BEGIN, drawn[1], observed(marks)) for marks in (drawn[3], wrong)]
     errors = [away(rig, found, camera, drawn) for found, camera in pair]
     assert errors[1] < errors[0] + 1.5
 
 
 def test_without_anything_the_face_stays_what_is_likely(drawn):
     rig = load_rig()
-    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], Evidence({}, {}))
+    found, camera = fit_shape(NONE, rig, BEGIN, drawn[1], Observations({}, {}))
     assert found.aus["smile"] == pytest.approx(2.2)
     np.testing.assert_allclose(found.head, BEGIN.head, atol=1e-9)
     assert camera.scale == pytest.approx(drawn[1].scale)
@@ -130,12 +130,12 @@ def test_hair_is_more_than_one_line_over_the_skull(drawn):
 def test_what_is_settled_stays_and_the_rest_moves(drawn):
     rig = load_rig()
     begin = FaceParameters({"smile": 9.0, "sneer": 1.0}, head=BEGIN.head)
-    seen = replace(evidence(drawn[3]), settled=frozenset({"smile", "frontalis"}))
+    seen = replace(observed(drawn[3]), decided=frozenset({"smile", "frontalis"}))
     found, _ = fit_shape(drawn[2], rig, begin, drawn[1], seen)
     assert found.aus["smile"] == 9.0  # more than lines alone are believed
     assert found.aus["sneer"] != 1.0
-    assert set(found.aus) == {"smile", "sneer"}  # settled at rest: not among them
-    everything = replace(seen, settled=frozenset(begin.aus))
+    assert set(found.aus) == {"smile", "sneer"}  # decided at rest: not among them
+    everything = replace(seen, decided=frozenset(begin.aus))
     found, _ = fit_shape(drawn[2], rig, begin, drawn[1], everything)
     assert found.aus == begin.aus
     assert found.identity != begin.identity

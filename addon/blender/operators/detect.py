@@ -59,9 +59,9 @@ class SKETCHTOFACE_OT_decide(faces.OnFace, bpy.types.Operator):
         with reported(self) as outcome:
             item = item_of(faces.polled_face(context), self.name)
             if self.decision == "ACCEPT":
-                memory.settle(item, memory.worn(item) or item.read or memory.TYPICAL)
+                memory.decide(item, memory.worn(item) or item.read or memory.TYPICAL)
             elif self.decision == "REJECT":
-                memory.settle(item, 0.0)
+                memory.decide(item, 0.0)
             else:
                 item.locked = self.decision == "LOCK"
         return {"CANCELLED"} if outcome.failed else {"FINISHED"}

@@ -76,7 +76,7 @@ def worn(item) -> float:
     return float(item.id_data.get(item.name, 0.0))
 
 
-def settle(item, value: float) -> None:
+def decide(item, value: float) -> None:
     """The artist says how strong an action is (0: not there at all): wear it and keep to it."""
     if _is_reloaded(item.id_data, worn(item), value):
         return
@@ -107,7 +107,7 @@ class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
         description="Whether the face does this; a tick that you set or take away is kept when "
         "the face is fitted again",
         get=lambda self: worn(self) > 0,
-        set=lambda self, on: settle(self, (self.read or TYPICAL) if on else 0.0),
+        set=lambda self, on: decide(self, (self.read or TYPICAL) if on else 0.0),
     )
     intensity: FloatProperty(
         name="Intensity",
@@ -116,7 +116,7 @@ class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
         min=0.0,
         max=STRONGEST,
         get=worn,
-        set=settle,
+        set=decide,
     )
     locked: BoolProperty(
         name="Lock",
@@ -209,7 +209,7 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
     )
 
 
-def settled(face) -> dict[str, float]:
+def decided(face) -> dict[str, float]:
     """The actions that the artist has locked, each with what the face wears now."""
     return {item.name: worn(item) for item in face.sketch_to_face.detections if item.locked}
 

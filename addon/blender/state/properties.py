@@ -154,7 +154,7 @@ def fit_values(context, face=None) -> dict:
     return {
         "tweakables": tweakables(settings.tweakables),
         "align": Box(*settings.head_box) if settings.place_head else None,
-        "expression": memory.settled(face) if face else {},
+        "expression": memory.decided(face) if face else {},
         **values,
     }
 

@@ -25,18 +25,18 @@ from classifiers.training.augment import (
 )
 from classifiers.training.targets import encode
 from dataset_gen.generate import make_sample
-from facs_rig import DETECTED, LANDMARKS
+from facs_rig import LANDMARKS, TWELVE
 
 
 @pytest.fixture(scope="module")
 def names():
-    return Names.of(DETECTED, LANDMARKS)
+    return Names.of(TWELVE, LANDMARKS)
 
 
 @pytest.fixture(scope="module")
 def data(cartoons):
     loaded = shards.load(cartoons)
-    return loaded, encode(loaded.records, DETECTED, LANDMARKS)
+    return loaded, encode(loaded.records, TWELVE, LANDMARKS)
 
 
 def make(data, names, seed, kind, row=0, size=128):
@@ -55,7 +55,7 @@ def test_mirrored_twice_is_the_identity_and_once_exchanges_the_sides(data, names
     one = make(data, names, 3, NEAR)
     other = mirrored(one, names)
     same(mirrored(other, names), one)
-    left, right = DETECTED.index("grimace_left"), DETECTED.index("grimace_right")
+    left, right = TWELVE.index("grimace_left"), TWELVE.index("grimace_right")
     assert other.intensity[left] == one.intensity[right]
     np.testing.assert_allclose(other.angles, one.angles * [-1, 1, -1])
     corner = [LANDMARKS.index(f"mouth_corner_{side}") for side in ("left", "right")]

