@@ -8,7 +8,6 @@ Surface strokes (brows, irises, lips, hair) are drawn by dataset_gen.linework.li
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceRig, rasterise
 from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.common.derived import derived
 from facs_rig.common.polylines import line_length
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import Buffers
@@ -86,7 +86,7 @@ def freestyle_strokes(
     return strokes + painted
 
 
-@lru_cache(maxsize=1)
+@derived
 def _along_folds(rig: FaceRig) -> NDArray[np.int32]:
     """Triangles (t, 3) of the face without hairs, its quads cut along their longer diagonals.
 

@@ -8,13 +8,12 @@ planes. Light comes from one side; the deepest shade takes every plane, half-ton
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, gaussian_filter, map_coordinates
 
 from facs_rig import LANDMARKS, Camera, FaceRig
+from facs_rig.common.derived import derived
 from facs_rig.mesh import vertex_normals
 
 from .linework.strokes import Stroke
@@ -212,7 +211,7 @@ def _rim(pixels: NDArray) -> NDArray:
     return centre + (circle * np.sqrt(values)) @ axes.T
 
 
-@lru_cache(maxsize=4)
+@derived
 def _at_rest(rig: FaceRig) -> tuple[NDArray, NDArray, NDArray]:
     """Of the upright face: landmarks (k, 3), vertices APART of each other (m,), normals (m, 3)."""
     vertices = rig.neutral()

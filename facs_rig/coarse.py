@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import HAIR_PARTS, PART_NAMES
+from .common.derived import forget
 
 if TYPE_CHECKING:
     from .rig import FaceRig
@@ -40,6 +41,7 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     cached = {name for name, value in vars(type(rig)).items() if isinstance(value, cached_property)}
     for name in cached & set(vars(new)):
         delattr(new, name)
+    forget(new)
     creased = np.isin(rig._crease_at, at)
     creases = rig._creases.reshape(len(rig._creases), -1, 3)[:, creased]
     new._crease_at = number[rig._crease_at[creased]]

@@ -3,8 +3,6 @@ skull has no small shapes."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
@@ -12,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, FaceRig
 from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.common.derived import derived
 
 from .offsets import smoothing_matrix
 
@@ -62,7 +61,7 @@ def carry_parts(
     return result
 
 
-@lru_cache(maxsize=2)
+@derived
 def _hair_roots(rig: FaceRig) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Vertices of lashes and brows, and the skin's vertex nearest to each on the face at rest."""
     hair = np.flatnonzero(np.any([rig.parts[part] for part in HAIR_PARTS], axis=0))
@@ -164,7 +163,7 @@ def _normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer]) -> 
     return np.stack([u[i] * v[j] - u[j] * v[i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
-@lru_cache(maxsize=2)
+@derived
 def eyeballs(rig: FaceRig) -> list[NDArray[np.intp]]:
     """Vertex indices of the eyeballs: the eye part on either side of the upright face."""
     eyes = rig.parts["eyes"]
@@ -173,7 +172,7 @@ def eyeballs(rig: FaceRig) -> list[NDArray[np.intp]]:
     return [eye for eye in found if len(eye)]
 
 
-@lru_cache(maxsize=2)
+@derived
 def skin_triangles(rig: FaceRig) -> NDArray[np.intp]:
     """The triangles of the skin, which number its vertices alone."""
     skin = rig.parts["skin"]
@@ -181,7 +180,7 @@ def skin_triangles(rig: FaceRig) -> NDArray[np.intp]:
     return place[rig.triangles[skin[rig.triangles].all(axis=1)]]
 
 
-@lru_cache(maxsize=2)
+@derived
 def skin_smoother(rig: FaceRig) -> csr_matrix:
     """The smoothing matrix of the skin vertices alone."""
     return smoothing_matrix(skin_triangles(rig), int(rig.parts["skin"].sum()))

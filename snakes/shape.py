@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.common.derived import derived
 from facs_rig.common.errors import InputError
 from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, IDENTITY, target_weights
@@ -305,7 +305,7 @@ def under_hair(
     return found
 
 
-@lru_cache(maxsize=2)
+@derived
 def skull_triangles(rig: FaceRig) -> NDArray[np.bool_]:
     """(t,) which triangles lie above the forehead, or behind the temples and above the ears."""
     middle = rig.neutral()[rig.triangles].mean(axis=1)

@@ -7,7 +7,6 @@ face they are wherever its skin is, so that what is drawn along them wears its e
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from facs_rig import CONTROLS, Camera, FaceParameters, FaceRig
 from facs_rig.anatomy import LANDMARKS, bind_from_front, smooth_curve
 from facs_rig.baking.creases import CREASES
+from facs_rig.common.derived import derived
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import rasterise
 
@@ -84,7 +84,7 @@ class Places:
     ears: dict[str, NDArray[np.int64]]
 
 
-@lru_cache(maxsize=2)
+@derived
 def places_of(rig: FaceRig) -> Places:
     """The places on a rig, found once: half a second."""
     rest = rig.neutral()
@@ -221,7 +221,7 @@ def _lips(rig: FaceRig) -> dict[str, tuple[NDArray, NDArray]]:
     return out
 
 
-@lru_cache(maxsize=2)
+@derived
 def _solid(rig: FaceRig) -> NDArray[np.int32]:
     """The triangles without lashes and brows, which are blades."""
     blades = [rig.part_names.index(name) for name in ("lashes", "brows")]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceRig
 from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.common.derived import derived
 
 
 @dataclass(frozen=True)
@@ -72,32 +72,28 @@ class FaceTopology:
     under: dict[str, tuple[NDArray, NDArray]]
 
 
-_faces: WeakKeyDictionary[FaceRig, FaceTopology] = WeakKeyDictionary()
-
-
+@derived
 def face_topology(rig: FaceRig) -> FaceTopology:
     """The topology of a rig, made when it is first asked for."""
-    if rig not in _faces:
-        part = {name: k for k, name in enumerate(rig.part_names)}
-        hairs = [part[name] for name in HAIR_PARTS]
-        index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
-        owner = rig.triangle_part[index]
-        around = _around(rig.triangles)
-        found = {
-            name: _under(rig.triangles, around, *stroke) for name, stroke in rig.strokes.items()
-        }
-        for name, curve in rig.curves.items():
-            if not curve.lift.any():
-                found[name] = _under(rig.triangles, around, curve.index, curve.weight)
-        _faces[rig] = FaceTopology(
-            Topology.of(rig.triangles[index]),
-            index,
-            owner == part["skin"],
-            owner == part["eyes"],
-            {name: Topology.of(c.triangles) for name, c in rig.curves.items() if len(c.triangles)},
-            {name: place for name, place in found.items() if place is not None},
-        )
-    return _faces[rig]
+    part = {name: k for k, name in enumerate(rig.part_names)}
+    hairs = [part[name] for name in HAIR_PARTS]
+    index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
+    owner = rig.triangle_part[index]
+    around = _around(rig.triangles)
+    found = {
+        name: _under(rig.triangles, around, *stroke) for name, stroke in rig.strokes.items()
+    }
+    for name, curve in rig.curves.items():
+        if not curve.lift.any():
+            found[name] = _under(rig.triangles, around, curve.index, curve.weight)
+    return FaceTopology(
+        Topology.of(rig.triangles[index]),
+        index,
+        owner == part["skin"],
+        owner == part["eyes"],
+        {name: Topology.of(c.triangles) for name, c in rig.curves.items() if len(c.triangles)},
+        {name: place for name, place in found.items() if place is not None},
+    )
 
 
 def _around(triangles: NDArray) -> tuple[NDArray, NDArray]:

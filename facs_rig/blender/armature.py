@@ -25,6 +25,7 @@ from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from facs_rig.blender.steps import Steps
+from facs_rig.common.derived import derived
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.rig import FaceRig
 from facs_rig.rotation import rotation
@@ -206,7 +207,7 @@ def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> St
     modifier.object = armature
 
 
-@lru_cache(maxsize=1)
+@derived
 def skin_weights(rig: FaceRig) -> dict[str, tuple[list[int], list[tuple[int, float]]]]:
     """Bone -> the vertices that follow it fully, and (vertex, weight) of those that do in part."""
     head, neck = np.asarray(rig.weights, dtype=float).T

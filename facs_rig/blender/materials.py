@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import bpy
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.arrays import write_map, write_materials
 from facs_rig.blender.steps import Steps
+from facs_rig.common.derived import derived
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import FaceRig, landmark_points
 
@@ -58,7 +58,7 @@ class Paint:
     pupil: float
 
 
-@lru_cache(maxsize=1)
+@derived
 def paint_of(rig: FaceRig) -> Paint:
     """The paint of a rig's faces, computed once; numpy alone, so that any thread may ask first."""
     neutral = rig.neutral()
