@@ -10,19 +10,17 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import HAIR_PARTS, PART_NAMES
-from .common.derived import forget
-
-if TYPE_CHECKING:
-    from .rig import FaceRig
+from .common.derived import derived, forget
+from .rig import FaceRig
 
 
+@derived
 def coarse_rig(rig: FaceRig) -> FaceRig:
     """The same face with fewer vertices and about a quarter of the triangles, without hairs.
 

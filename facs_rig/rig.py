@@ -12,7 +12,6 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import LANDMARKS, PART_NAMES
-from .coarse import coarse_rig
 from .common.errors import InputError
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .curves import read_curves
@@ -100,11 +99,6 @@ class FaceRig:
     def corners(self) -> sp.csr_matrix:
         """(n, t) sparse sums of triangles at vertices, for normals of many poses."""
         return corner_matrix(self.triangles, self.n_vertices)
-
-    @cached_property
-    def coarse(self) -> FaceRig:
-        """This face with about a quarter of its triangles (see facs_rig.coarse)."""
-        return coarse_rig(self)
 
     # --- identity ---
 

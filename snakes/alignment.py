@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.coarse import coarse_rig
 from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 
@@ -51,7 +52,7 @@ def align(
     known = [name for name in (landmarks or {}) if name in LANDMARKS]
     if box is None and landmarks is not None and len(known) >= 3:
         points = np.array([landmarks[name] for name in known], dtype=np.float64)
-        coarse = rig.coarse  # which has the same landmarks
+        coarse = coarse_rig(rig)  # which has the same landmarks
         model = coarse.pose(parameters)[[_vertex(coarse, name) for name in known]]
         return align_landmarks(points, model, (width, height))
     vertices = rig.pose(parameters)

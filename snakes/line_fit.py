@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.coarse import coarse_rig
 from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock
 from facs_rig.common.polylines import line_length
@@ -85,7 +86,7 @@ def fit_lines(
     drawn = centre_lines(drawing, box)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
-    parameters, camera = fit_shape(drawn, rig.coarse, parameters, camera, observed)
+    parameters, camera = fit_shape(drawn, coarse_rig(rig), parameters, camera, observed)
     clock.lap("shape")
     model = face_contours(rig, rig.pose(parameters), camera) if pull else None
     if model:

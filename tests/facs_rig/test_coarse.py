@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from facs_rig.coarse import coarse_rig
 from facs_rig.mesh import triangle_normals, vertex_normals
 from snakes.model_lines import face_contours
 
@@ -23,7 +24,7 @@ FACES = (
 @pytest.fixture(scope="module")
 def rigs():
     rig = load_rig()
-    return rig, rig.coarse
+    return rig, coarse_rig(rig)
 
 
 @pytest.mark.parametrize("face", FACES)
@@ -69,7 +70,7 @@ def test_what_is_cached_of_the_whole_face_is_not_taken_over(rigs):
     fine, coarse = rigs
     assert fine.neutral().shape == (fine.n_vertices, 3)
     assert coarse.neutral().shape == (coarse.n_vertices, 3)
-    assert coarse is fine.coarse
+    assert coarse is coarse_rig(fine)
 
 
 def test_the_plain_face_cannot_be_written_to(rigs):
