@@ -149,7 +149,7 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
 
 def _box(drawing: Drawing, text: Box | str) -> Box:
     """The head's box in pixels of `drawing.image`."""
-    left, top, right, bottom = Box.parse(text) if isinstance(text, str) else text
+    left, top, right, bottom = (Box.parse(text) if isinstance(text, str) else text).checked()
     corners = drawing.to_image([(left, top), (right, bottom)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     return Box(float(low[0]), float(low[1]), float(high[0]), float(high[1]))

@@ -57,7 +57,7 @@ def align(
         return align_landmarks(points, model, (width, height))
     vertices = rig.pose(parameters)
     if box is not None:
-        wanted = Box.parse(box) if isinstance(box, str) else Box(*box)
+        wanted = Box.parse(box) if isinstance(box, str) else Box(*box).checked()
         return align_box(wanted, vertices[head_mask(rig, vertices)], (width, height))
     wanted = ink_box(drawing)
     # A sketch may or may not show the neck: take what has the more similar proportions.

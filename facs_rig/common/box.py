@@ -76,13 +76,16 @@ class Box:
                 "The head's box is given as left,top,right,bottom in pixels of the sketch, "
                 f"not as {text!r}."
             )
-        box = cls(*values)
-        if box.width <= 0 or box.height <= 0:
+        return cls(*values).checked()
+
+    def checked(self) -> Box:
+        """Itself. InputError, one sentence, if nothing is in it."""
+        if not (self.width > 0 and self.height > 0):
             raise InputError(
-                f"The head's box {text!r} is empty: its right and bottom must lie beyond its left "
+                f"The head's box '{self}' is empty: its right and bottom must lie beyond its left "
                 "and top."
             )
-        return box
+        return self
 
     def grown(self, share: float) -> Box:
         """With room on every side: a share of its width, and of its height."""

@@ -20,6 +20,7 @@ from classifiers.finding import Face
 from classifiers.plausible import NO_NOSE
 from facs_rig import TWELVE
 from facs_rig.common.box import Box
+from facs_rig.common.errors import InputError
 from tests.classifiers import doodles
 from tests.classifiers.doodles import doodle
 
@@ -86,13 +87,24 @@ def test_for_people(capsys):
 
 def test_damaged_weights_are_named(capsys, folder, monkeypatch):
     def damaged():
-        raise ValueError("weights/detector.onnx is damaged: install the package again.")
+        raise InputError("weights/detector.onnx is damaged: install the package again.")
 
     monkeypatch.setattr("classifiers.load_detector", damaged)
     for command in ("detect", "fit"):
         assert cli.main([command, str(SKETCH)]) == 2
         said = capsys.readouterr()
         assert said.err.count("\n") == 1 and "detector.onnx is damaged" in said.err
+    assert not list(folder.iterdir())
+
+
+def test_a_fault_of_ours_is_not_blamed_on_the_sketch(capsys, folder, monkeypatch):
+    """A ValueError of numpy says nothing about what was given."""
+    monkeypatch.setattr("classifiers.load_detector", lambda: np.ones(3).reshape(2, 2))
+    for command in ("detect", "fit"):
+        assert cli.main([command, str(SKETCH)]) == 1
+        said = capsys.readouterr().err
+        assert "Traceback" in said and "cannot reshape" in said
+        assert said.endswith("fault of the program; please report it with the lines above.\n")
     assert not list(folder.iterdir())
 
 

@@ -27,7 +27,7 @@ from dataset_gen.linework import ink
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig  # noqa: E402
 from snakes import (  # noqa: E402
     HEAD,
-    Evidence,
+    Observations,
     Tweakables,
     carvable,
     engrave,
@@ -65,10 +65,10 @@ def main() -> None:
     parameters = FaceParameters(aus=expression)
     begin = rig.pose(parameters)
     marks = dict(zip(LANDMARKS, camera.project(drawn[rig.landmarks]), strict=True))
-    evidence = Evidence(marks, dict.fromkeys(marks, 5.0))
+    observed = Observations(marks, dict.fromkeys(marks, 5.0))
 
     def ours():
-        return fit_lines(drawing, rig, parameters, camera, evidence)
+        return fit_lines(drawing, rig, parameters, camera, observed)
 
     def thesis():
         return fit_offsets(drawing, rig, parameters, camera)

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig  # noqa: E402
 from snakes import (  # noqa: E402
     WORKING_SIZE,
-    Evidence,
+    Observations,
     Tweakables,
     fit_lines,
     fit_offsets,
@@ -35,7 +35,7 @@ from snakes import (  # noqa: E402
 from tests.snakes.scribbled import SIZE, page  # noqa: E402
 
 
-def situation(seed: int) -> tuple[FaceParameters, Camera, Evidence, Tweakables]:
+def situation(seed: int) -> tuple[FaceParameters, Camera, Observations, Tweakables]:
     """An expression, a camera, landmarks that may be wild, and tweakables, by lot."""
     rng = np.random.default_rng((seed, 0xF1))
     rig = load_rig()
@@ -50,27 +50,27 @@ def situation(seed: int) -> tuple[FaceParameters, Camera, Evidence, Tweakables]:
     spots = camera.project(posed[rig.landmarks])
     spots = spots + rng.normal(0, rng.choice([1.0, 5.0, 60.0]), spots.shape)
     marks = dict(zip(LANDMARKS, map(tuple, spots.tolist()), strict=True))
-    evidence = Evidence(marks, dict.fromkeys(marks, float(rng.uniform(0.5, 20))))
+    observed = Observations(marks, dict.fromkeys(marks, float(rng.uniform(0.5, 20))))
     if rng.random() < 0.2:
-        evidence = Evidence({}, {})
+        observed = Observations({}, {})
     settings = Tweakables(
         max_delta=float(rng.choice([0.2, 3.0, 15.0, 60.0])),
         soft_select_distance=float(rng.choice([0.2, 1.0, 5.0])),
         smoothness=float(rng.choice([0.0, 1.0, 50.0])),
         mirror=bool(rng.random() < 0.2),
     )
-    return face, camera, evidence, settings
+    return face, camera, observed, settings
 
 
-def _lines(drawing, face, camera, evidence, settings):
+def _lines(drawing, face, camera, observed, settings):
     rig = load_rig()
-    found = fit_lines(drawing, rig, face, camera, evidence, settings)
+    found = fit_lines(drawing, rig, face, camera, observed, settings)
     assert np.isfinite(rig.pose(found.parameters, found.offsets)).all()
     box = head_box(rig.pose(face), camera)
     return found.offsets, _limit(settings, box, found.camera)
 
 
-def _thesis(drawing, face, camera, _evidence, settings):
+def _thesis(drawing, face, camera, _observed, settings):
     rig = load_rig()
     found = fit_offsets(drawing, rig, face, camera, settings)
     return found.offsets, _limit(settings, found.box, camera)
@@ -78,7 +78,7 @@ def _thesis(drawing, face, camera, _evidence, settings):
 
 def _limit(settings: Tweakables, box, camera: Camera) -> float:
     """Max Delta in metres: its pixels are those of the working image, the larger way of the two."""
-    wide, high = (box[2] - box[0]) / WORKING_SIZE[0], (box[3] - box[1]) / WORKING_SIZE[1]
+    wide, high = box.width / WORKING_SIZE[0], box.height / WORKING_SIZE[1]
     return settings.max_delta * max(wide, high) / camera.scale[0]
 
 

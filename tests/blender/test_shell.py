@@ -276,11 +276,12 @@ def test_new_objects_go_to_the_scene_where_the_active_collection_is_of_another_f
 
 def test_head_placed_by_hand_reaches_the_core(shell):
     from addon.blender.state import properties
+    from facs_rig.common.box import Box
 
     settings = bpy.context.scene.sketch_to_face
     assert properties.fit_values(bpy.context)["align"] is None
     settings.place_head, settings.head_box = True, (10, 20, 300, 400)
-    assert properties.fit_values(bpy.context)["align"] == "10,20,300,400"
+    assert properties.fit_values(bpy.context)["align"] == Box(10, 20, 300, 400)
 
 
 def test_empty_head_box_is_one_sentence(shell, sketch):

@@ -47,6 +47,12 @@ def test_no_box(text):
         Box.parse(text)
 
 
+@pytest.mark.parametrize("box", [Box(0, 0, 0, 0), Box(3, 0, 2, 9), Box(0, 0, float("nan"), 1)])
+def test_an_empty_box_is_refused(box):
+    with pytest.raises(InputError, match="is empty"):
+        box.checked()
+
+
 def test_room_on_every_side():
     assert tuple(Box(0, 0, 10, 20).grown(0.1)) == (-1, -2, 11, 22)
 
