@@ -105,8 +105,8 @@ def main() -> None:
 
     fit = fits[-1]
     print(f"{len(fit.contours)} contours, {sum(map(len, fit.contours))} points")
-    cell = np.array([fit.box[2] - fit.box[0], fit.box[3] - fit.box[1]]) / fit.render.shape[::-1]
-    rings = [(line - fit.box[:2]) / cell for line in fit.contours]
+    cell = np.array([fit.box.width, fit.box.height]) / fit.render.shape[::-1]
+    rings = [(line - [fit.box.left, fit.box.top]) / cell for line in fit.contours]
     settings = Tweakables(max_iterations=100)
     start = time.perf_counter()
     together = relax(fit.render, rings, settings, as_scikit_image=True)
