@@ -193,6 +193,7 @@ def test_while_a_thread_works_blender_makes_no_events(window):
             yield from tasks.in_background(lambda progress: gate.wait(10) and {"FINISHED"}, "away")
         )
 
+    before = set(threading.enumerate())
     pressed = button(steps, window)
     pressed.invoke(window, None)
     pressed.modal(window, event("TIMER"))
@@ -200,6 +201,8 @@ def test_while_a_thread_works_blender_makes_no_events(window):
     assert pressed.modal(window, event("TIMER")) == {"RUNNING_MODAL"}  # another program's timer
     assert len(window.alarms) == 1
     gate.set()
+    for thread in set(threading.enumerate()) - before:
+        thread.join(10)  # were it still at work after a while, its progress would be an event
     while window.alarms:
         window.ring()
         time.sleep(0.001)
