@@ -166,7 +166,7 @@ def fit(options: argparse.Namespace) -> int:
     values = {name: getattr(options, name) for name, *_ in describe()}
     tweakables = Tweakables(**values)
     if options.align is not None:
-        Box.parse(options.align)
+        Box.parse(options.align, "The head's box")
 
     from addon import pipeline
     from classifiers import load_detector

@@ -16,6 +16,7 @@ from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 from snakes import HEAD, align, head_box
+from snakes.alignment import HEADS
 
 Places = Mapping[str, tuple[float, float]]
 
@@ -35,10 +36,11 @@ def head_in(drawing: Drawing, text: Box | str | None) -> Box | None:
     """
     if text is None:
         return None
-    left, top, right, bottom = _box(drawing, text)
+    box = _box(drawing, text)
+    left, top, right, bottom = box
     (height, width), (su, sv) = drawing.image.shape, drawing.scale
-    wide, high = right - left, bottom - top
-    said = f"The head's box '{text}'"
+    wide, high = box.width, box.height
+    said = f"{HEADS} '{text}'"
     if min(wide, high) < SMALLEST:
         raise InputError(
             f"{said} is too small: a face needs at least "
@@ -60,7 +62,7 @@ def head_in(drawing: Drawing, text: Box | str | None) -> Box | None:
     ]
     if float((inside < 0.5).mean()) < LEAST_INK:
         raise InputError(f"There is nothing drawn in the head's box '{text}'.")
-    return Box.at(left, top, wide, high)
+    return box
 
 
 def pins_in(drawing: Drawing, pins: Places) -> dict[str, tuple[float, float]]:
@@ -131,8 +133,7 @@ def apart(pins: Places) -> InputError:
 def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
     """InputError if a pin is not on the page, or far from the head; pixels of the drawing."""
     height, width = drawing.image.shape
-    left, top, right, bottom = box
-    room_u, room_v = FARTHEST * (right - left), FARTHEST * (bottom - top)
+    left, top, right, bottom = box.grown(FARTHEST)
     for name, (u, v) in pins.items():
         at = "{:g},{:g}".format(*drawing.to_input((u, v)))
         if not (0 <= u <= width and 0 <= v <= height):
@@ -140,7 +141,7 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
                 f"The pin of {name} at {at} lies outside the sketch, which has "
                 f"{drawing.size[0]}×{drawing.size[1]} pixels."
             )
-        if not (left - room_u <= u <= right + room_u and top - room_v <= v <= bottom + room_v):
+        if not (left <= u <= right and top <= v <= bottom):
             raise InputError(
                 f"The pin of {name} at {at} is far from the head that was found; move it, or say "
                 "where in the picture the head is."
@@ -149,7 +150,6 @@ def _check_near(drawing: Drawing, box: Box, pins: Places) -> None:
 
 def _box(drawing: Drawing, text: Box | str) -> Box:
     """The head's box in pixels of `drawing.image`."""
-    left, top, right, bottom = (Box.parse(text) if isinstance(text, str) else text).checked()
-    corners = drawing.to_image([(left, top), (right, bottom)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    return Box(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    box = Box.parse(text, HEADS) if isinstance(text, str) else text.checked(HEADS)
+    left, top, right, bottom = box
+    return Box.around(drawing.to_image([(left, top), (right, bottom)]))

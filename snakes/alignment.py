@@ -23,6 +23,7 @@ from .contours import binarise
 
 __all__ = ["align", "align_box", "align_landmarks", "head_mask", "ink_box"]
 
+HEADS = "The head's box"
 ROUNDS = 20
 SPECK = 0.02
 """A mark shorter than this share of the drawing's longer side is no line of the face."""
@@ -57,7 +58,7 @@ def align(
         return align_landmarks(points, model, (width, height))
     vertices = rig.pose(parameters)
     if box is not None:
-        wanted = Box.parse(box) if isinstance(box, str) else Box(*box).checked()
+        wanted = Box.parse(box, HEADS) if isinstance(box, str) else Box(*box).checked(HEADS)
         return align_box(wanted, vertices[head_mask(rig, vertices)], (width, height))
     wanted = ink_box(drawing)
     # A sketch may or may not show the neck: take what has the more similar proportions.

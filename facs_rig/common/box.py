@@ -65,25 +65,26 @@ class Box:
         return cls(u - side / 2, v - side / 2, u + side / 2, v + side / 2, turn)
 
     @classmethod
-    def parse(cls, text: str) -> Box:
-        """Read 'left,top,right,bottom'. InputError, one sentence, if it is no box."""
+    def parse(cls, text: str, name: str = "The box") -> Box:
+        """Read 'left,top,right,bottom'. InputError, one sentence, if it is no box.
+
+        name : what the sentence calls it
+        """
         try:
             values = [float(value) for value in text.split(",")]
         except ValueError:
             values = []
-        if len(values) != 4 or not all(map(math.isfinite, values)):
-            raise InputError(
-                "The head's box is given as left,top,right,bottom in pixels of the sketch, "
-                f"not as {text!r}."
-            )
-        return cls(*values).checked()
+        if len(values) != 4:
+            raise _not_a_box(name, text)
+        return cls(*values).checked(name)
 
-    def checked(self) -> Box:
-        """Itself. InputError, one sentence, if nothing is in it."""
-        if not (self.width > 0 and self.height > 0):
+    def checked(self, name: str = "The box") -> Box:
+        """Itself. InputError, one sentence, if nothing is in it or it has no end."""
+        if not all(map(math.isfinite, self)):
+            raise _not_a_box(name, str(self))
+        if self.width <= 0 or self.height <= 0:
             raise InputError(
-                f"The head's box '{self}' is empty: its right and bottom must lie beyond its left "
-                "and top."
+                f"{name} '{self}' is empty: its right and bottom must lie beyond its left and top."
             )
         return self
 
@@ -119,6 +120,12 @@ class Box:
             or self.top >= other.bottom
             or other.top >= self.bottom
         )
+
+
+def _not_a_box(name: str, text: str) -> InputError:
+    return InputError(
+        f"{name} is given as left,top,right,bottom in pixels of the sketch, not as {text!r}."
+    )
 
 
 def _about(points: NDArray, middle: tuple[float, float], turn: float) -> NDArray[np.float64]:

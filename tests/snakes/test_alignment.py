@@ -95,7 +95,7 @@ def test_stray_dots_do_not_widen_the_box():
 @pytest.mark.parametrize("text", ["", "1,2,3", "a,b,c,d", "10,10,5,20", "1,2,3,nan", "1,2,3,4,5"])
 def test_a_bad_box_gives_one_sentence(text):
     with pytest.raises(ValueError, match="The head's box") as failure:
-        Box.parse(text)
+        Box.parse(text, "The head's box")
     assert str(failure.value).endswith(".") and "\n" not in str(failure.value)
 
 

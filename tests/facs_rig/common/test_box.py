@@ -43,14 +43,20 @@ def test_a_box_said_is_read_again():
     "text", ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "1,2,inf,4", "nan,0,1,1", "3,2,1,4", "1,4,3,4"]
 )
 def test_no_box(text):
-    with pytest.raises(InputError, match="head's box"):
-        Box.parse(text)
+    with pytest.raises(InputError, match="^The head's box"):
+        Box.parse(text, "The head's box")
 
 
-@pytest.mark.parametrize("box", [Box(0, 0, 0, 0), Box(3, 0, 2, 9), Box(0, 0, float("nan"), 1)])
+@pytest.mark.parametrize("box", [Box(0, 0, 0, 0), Box(3, 0, 2, 9)])
 def test_an_empty_box_is_refused(box):
     with pytest.raises(InputError, match="is empty"):
         box.checked()
+
+
+@pytest.mark.parametrize("side", [float("nan"), float("inf")])
+def test_a_box_without_an_end_is_refused(side):
+    with pytest.raises(InputError, match="given as left,top,right,bottom"):
+        Box(0, 0, side, 1).checked()
 
 
 def test_room_on_every_side():
