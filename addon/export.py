@@ -161,17 +161,21 @@ def _write_obj(path: Path, shape: Shape, name: str) -> None:
 
 
 def _obj_faces(shape: Shape) -> str:
-    """The polygons as they are, quads where the face has quads, grouped by part."""
-    corners = (shape.polygon_vertices + 1).tolist()
+    """The polygons as they are, quads where the face has quads, grouped by part; before them where
+    their corners lie on a texture."""
+    corners, out = (shape.polygon_vertices + 1).astype(str).tolist(), []
+    if shape.texture is not None:
+        points, places = shape.texture.points, (shape.texture.corners + 1).tolist()
+        out.append(("vt %.6f %.6f\n" * len(points)) % tuple(points.ravel().tolist()))
+        corners = [f"{corner}/{place}" for corner, place in zip(corners, places, strict=True)]
     starts = shape.polygon_starts
     ends = np.append(starts[1:], len(corners))
-    out = []
     for number, group in enumerate(shape.part_names):
         mine = np.flatnonzero(shape.part == number)
         if len(mine):
             out.append(f"g {group}\n")
             spans = zip(starts[mine].tolist(), ends[mine].tolist(), strict=True)
-            out += [f"f {' '.join(map(str, corners[a:b]))}\n" for a, b in spans]
+            out += [f"f {' '.join(corners[a:b])}\n" for a, b in spans]
     return "".join(out)
 
 

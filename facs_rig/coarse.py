@@ -50,6 +50,7 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     new.polygon_starts = np.arange(0, new.triangles.size, 3, dtype=np.int32)
     new.vertex_part, new.landmarks = part[at], number[rig.landmarks]
     new.mirror, new.curves = np.arange(len(at), dtype=np.int32), {}
+    del new.texture  # nobody paints on it
     new.strokes = {name: (number[index], w) for name, (index, w) in rig.strokes.items()}
     new.place(rig.weights[at])
     return new

@@ -23,6 +23,7 @@ from .parameters import FaceParameters, intensities
 from .posing import blended, refine_many, row_blocks, spanning, turned, with_creases
 from .rotation import rotation
 from .subdivide import triangulate
+from .uv import read_uv
 
 ASSET = Path(__file__).parent / "data" / "head.npz"
 BUSY = (errno.EMFILE, errno.ENFILE, errno.ENOMEM)  # the computer is, and the file may be whole
@@ -37,6 +38,7 @@ class FaceRig:
 
     triangles : (t, 3) int32        polygon_vertices, polygon_starts : quads and triangles, flat
     vertex_part : (n,) uint8, index into part_names      mirror : (n,) int32
+    texture : where the polygons' corners lie on a texture (see facs_rig.uv); `uv` in short
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
     strokes : name -> (vertex indices (k, 3), weights (k, 3)) of brows and irises on the surface
     curves : layer -> lines for drawing (see facs_rig.curves): hairs of brows and lashes, hair, ...
@@ -59,6 +61,7 @@ class FaceRig:
         self.polygon_starts: NDArray[np.int32] = arrays["polygon_starts"]
         self.triangles = triangulate(self.polygon_vertices, self.polygon_starts)
         self.vertex_part: NDArray[np.uint8] = arrays["vertex_part"]
+        self.texture = read_uv(arrays)
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
         self._identity = dense(arrays, "identity", len(self._base))
@@ -99,6 +102,16 @@ class FaceRig:
     def corners(self) -> sp.csr_matrix:
         """(n, t) sparse sums of triangles at vertices, for normals of many poses."""
         return corner_matrix(self.triangles, self.n_vertices)
+
+    @property
+    def uv(self) -> NDArray[np.float32]:
+        """(c, 2) place on a texture, 0..1, v up, of each of `polygon_vertices`."""
+        return self.texture.uv
+
+    @cached_property
+    def triangle_corners(self) -> NDArray[np.int32]:
+        """(t, 3) which corners, numbers of `polygon_vertices`, make each of `triangles`."""
+        return triangulate(np.arange(len(self.polygon_vertices)), self.polygon_starts)
 
     # --- identity ---
 

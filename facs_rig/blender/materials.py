@@ -14,6 +14,7 @@ from facs_rig.common.derived import derived
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
 from facs_rig.rig import FaceRig, landmark_points
 
+SKIN_MAP = "UVMap"  # UV map to paint on, MakeHuman's own
 EYE_MAP = "Eyes"  # UV map: 1 is the rim of the iris, 0 the middle of the pupil
 SKIN_NODE = "Skin"  # label of the node with the colour that the tints are multiplied with
 TINT = "Tint"  # attribute of the vertices: what the skin's colour is multiplied by
@@ -76,14 +77,19 @@ def paint_of(rig: FaceRig) -> Paint:
 
 
 def add_materials(mesh: bpy.types.Mesh, rig: FaceRig, made: list[bpy.types.ID]) -> Steps[None]:
-    """Give a new mesh its materials by polygon, the map that draws the eyes and the tints.
+    """Give a new mesh its materials by polygon, the maps for textures and eyes, and the tints.
 
     Pauses after each. Materials that have to be made are added to `made`.
     """
     paint = paint_of(rig)
     yield
-    write_map(mesh.uv_layers.new(name=EYE_MAP), paint.eye_map)
-    yield
+    for name, places in ((SKIN_MAP, rig.uv), (EYE_MAP, paint.eye_map)):
+        # Layers may move when one is added: this one is looked up again.
+        mesh.uv_layers.new(name=name)
+        write_map(mesh.uv_layers[name], places)
+        yield
+    mesh.uv_layers[SKIN_MAP].active_render = True
+    mesh.uv_layers.active = mesh.uv_layers[SKIN_MAP]
     tint = mesh.attributes.new(TINT, "FLOAT_VECTOR", "POINT")
     tint.data.foreach_set("vector", paint.tints.ravel())
     for name in MATERIAL_NAMES:

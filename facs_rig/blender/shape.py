@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, metre
-from facs_rig.blender.arrays import corners_of, read_key, write_places
+from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
 from facs_rig.blender.keys import FITTED, add_key, moved
-from facs_rig.blender.materials import SKIN_NODE
+from facs_rig.blender.materials import EYE_MAP, SKIN_NODE
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.steps import Steps
 from facs_rig.blender.twin import discard, twin_of
@@ -22,6 +22,7 @@ from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at, srgb
 from facs_rig.rig import FaceRig
 from facs_rig.shape import Shape
+from facs_rig.uv import TextureMap, texture_map
 
 NEUTRAL = "neutral"
 MOST = 200_000  # vertices: finer surfaces get no morph targets, each of which is as large
@@ -191,7 +192,7 @@ def _shape(face: bpy.types.Object, graph: bpy.types.Depsgraph, rig: FaceRig) -> 
         neutral = rig.neutral(identity_of(face))
         vertex = materials_at(rig, neutral, neutral, rig.vertex_part)
         part, part_names = rig.vertex_part[corners[starts]], tuple(rig.part_names)
-        triangles = rig.triangles
+        triangle_corners = rig.triangle_corners
     else:
         vertex = np.zeros(len(points), dtype=np.int32)
         lengths = np.diff(np.append(starts, len(corners)))
@@ -200,19 +201,33 @@ def _shape(face: bpy.types.Object, graph: bpy.types.Depsgraph, rig: FaceRig) -> 
         names = [m.name if m is not None else "none" for m in materials] or ["none"]
         part_names = tuple(names[min(k, len(names) - 1)] for k in used)
         mesh.calc_loop_triangles()
-        triangles = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-        mesh.loop_triangles.foreach_get("vertices", triangles.reshape(-1))
+        triangle_corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("loops", triangle_corners.reshape(-1))
     linear = colours[vertex]
     bytes_ = np.round(255 * np.concatenate([srgb(linear[:, :3]), linear[:, 3:]], axis=1))
     return Shape(
         points=points,
         polygon_vertices=corners,
         polygon_starts=starts,
-        triangles=triangles,
+        triangle_corners=triangle_corners,
         colours=np.clip(bytes_, 0, 255).astype(np.uint8),
         part=part,
         part_names=part_names,
+        texture=_texture(mesh, corners, len(points), rig.texture if same else None),
     )
+
+
+def _texture(
+    mesh: bpy.types.Mesh, corners: NDArray, n: int, usual: TextureMap | None
+) -> TextureMap | None:
+    """The map that renders use; `usual`, where the artist left it as it was."""
+    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    if layer is None or layer.name == EYE_MAP:
+        return None
+    places = read_map(layer, len(corners))
+    if usual is not None and np.array_equal(places, usual.uv):
+        return usual
+    return texture_map(places, corners, n)
 
 
 def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from addon.gltf import STILL, UNTURNED
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters, load_rig
 from facs_rig.common.files import OutputError
 from facs_rig.mesh import vertex_normals
+from tests.written import points_of
 
 NAMES = {"ours": (*CONTROL_NAMES, "neutral"), "arkit": (*ARKIT_NAMES, "neutral")}
 STEP = STILL + 0.75**0.5 / 32767  # how far off a morph target of a .glb may be, metres
@@ -35,7 +36,7 @@ def test_vertices_come_back(tmp_path, offsets, suffix):
     mesh = trimesh.load(path, force="mesh", process=False)
     posed = load_rig().pose(FACE, offsets)
     assert len(mesh.faces) == len(load_rig().triangles)
-    np.testing.assert_allclose(mesh.vertices, posed, atol=1e-6)
+    np.testing.assert_allclose(points_of(path), posed, atol=1e-6)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
@@ -206,6 +207,19 @@ def test_an_obj_has_the_rigs_quads(tmp_path):
     assert {3, 4} >= set(corners)
 
 
+def test_an_obj_lies_on_the_texture_as_the_rig_does(tmp_path):
+    rig, path = load_rig(), tmp_path / "face.obj"
+    write_mesh(path, rig, FACE)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    posed = rig.pose(FACE)
+    corners = rig.triangle_corners
+    for face in range(0, len(mesh.faces), 1999):  # the reader orders faces by part
+        places = mesh.vertices[mesh.faces[face]].mean(axis=0)
+        near = np.argsort(np.linalg.norm(posed[rig.triangles].mean(axis=1) - places, axis=1))[:3]
+        found = mesh.visual.uv[mesh.faces[face]].mean(axis=0)
+        assert np.abs(rig.uv[corners[near]].mean(axis=1) - found).sum(axis=1).min() < 2e-6
+
+
 @pytest.mark.parametrize("names", NAMES)
 def test_an_obj_has_a_face_for_each_key(tmp_path, offsets, names):
     rig, path = load_rig(), tmp_path / "face.obj"
@@ -219,10 +233,13 @@ def test_an_obj_has_a_face_for_each_key(tmp_path, offsets, names):
     assert {p.name for p in key_folder(path).iterdir()} == {f"{n}.obj" for n in NAMES[names]}
     targets = morph_targets(rig, FACE, names)
     base = trimesh.load(path, force="mesh", process=False)
+    points = points_of(path)
     for name in list(NAMES[names])[::9] + ["neutral"]:
-        mesh = trimesh.load(key_folder(path) / f"{name}.obj", force="mesh", process=False)
+        of_key = key_folder(path) / f"{name}.obj"
+        mesh = trimesh.load(of_key, force="mesh", process=False)
         np.testing.assert_array_equal(mesh.faces, base.faces)
-        np.testing.assert_allclose(mesh.vertices - base.vertices, targets[name], atol=1e-6)
+        np.testing.assert_array_equal(mesh.visual.uv, base.visual.uv)
+        np.testing.assert_allclose(points_of(of_key) - points, targets[name], atol=1e-6)
 
 
 def test_a_folder_with_something_else_in_it_is_left_alone(tmp_path):

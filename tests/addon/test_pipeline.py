@@ -16,6 +16,7 @@ from dataset_gen.linework.strokes import Stroke
 from facs_rig import CONTROL_NAMES, IDENTITY, Camera, FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 from snakes import Tweakables
+from tests.written import points_of
 
 SKETCHES = sorted((Path(addon.__file__).parent / "sketches").glob("*.png"))
 
@@ -102,7 +103,7 @@ def test_the_projection_lays_the_written_file_on_the_sketch(fits, tmp_path, suff
     face = fits["worried_old_man"]
     path = tmp_path / f"face{suffix}"
     write_face(face, path)
-    vertices = trimesh.load(path, force="mesh", process=False).vertices
+    vertices = points_of(path)
     matrix = np.array(report(face, path)["projection"])
     pixels = (np.column_stack([vertices, np.ones(len(vertices))]) @ matrix.T)[:, :2]
     from facs_rig import LANDMARKS

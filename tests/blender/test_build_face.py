@@ -124,6 +124,16 @@ def test_polygons_and_materials_follow_the_rig(rig):
     assert used >= {"skin", "lips", "eyes", "iris", "pupil", "teeth"}
 
 
+def test_the_map_to_paint_on_comes_first_and_renders_use_it(rig):
+    mesh = build_face("Face", rig, FaceParameters(identity={"age": 1.0})).data
+    assert [layer.name for layer in mesh.uv_layers] == ["UVMap", "Eyes"]
+    layer = mesh.uv_layers["UVMap"]
+    assert layer.active_render and mesh.uv_layers.active == layer
+    flat = np.empty(2 * len(mesh.loops), dtype=np.float32)
+    layer.data.foreach_get("uv", flat)
+    np.testing.assert_array_equal(flat.reshape(-1, 2), rig.uv)
+
+
 def test_two_faces_share_their_materials(rig):
     build_face("One", rig, FaceParameters())
     build_face("Two", rig, FaceParameters())

@@ -12,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 from facs_rig import CONTROL_NAMES, FaceParameters  # noqa: E402
 from facs_rig.blender import build_face  # noqa: E402
 from facs_rig.blender.pose import refresh  # noqa: E402
+from tests.written import points_of  # noqa: E402
 
 ops = bpy.ops.sketch_to_face
 CLOSE = 5e-5  # metres
@@ -159,8 +160,6 @@ AFTERWARDS = {
 
 def written(path) -> np.ndarray:
     """(n, 3) vertices of a written file in core axes."""
-    import trimesh
-
     if path.suffix == ".fbx":
         from io_scene_fbx import parse_fbx
 
@@ -169,8 +168,7 @@ def written(path) -> np.ndarray:
         mesh = next(e for e in objects.elems if e.id == b"Geometry" and e.props[2] == b"Mesh")
         flat = next(e for e in mesh.elems if e.id == b"Vertices").props[0]
         return np.array(flat).reshape(-1, 3)
-    mesh = trimesh.load(path, process=False, force="mesh", maintain_order=True)
-    return np.asarray(mesh.vertices)
+    return points_of(path)
 
 
 def export(path, **options):

@@ -11,6 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from addon.blender.background import tasks  # noqa: E402
 from addon.blender.state.session import session  # noqa: E402
+from tests.written import points_of  # noqa: E402
 
 from .sheets import image_of, lines_of, pencil_of  # noqa: E402
 from .test_shell import press  # noqa: E402
@@ -299,7 +300,6 @@ def test_lines_are_packed_and_unpacked():
 
 @pytest.mark.parametrize("ending", ["glb", "obj", "ply", "blend"])
 def test_the_face_is_exported_as_it_is(shell, sketch, tmp_path, ending, evaluated):
-    import trimesh
 
     press(sketch)
     face = bpy.context.active_object
@@ -316,8 +316,7 @@ def test_the_face_is_exported_as_it_is(shell, sketch, tmp_path, ending, evaluate
         bpy.context.collection.objects.link(taken.objects[0].parent)
         assert np.array_equal(evaluated(taken.objects[0]), vertices)
         return
-    mesh = trimesh.load(path, process=False, force="mesh", maintain_order=True)
-    assert np.abs(np.asarray(mesh.vertices) - vertices).max() < 1e-5
+    assert np.abs(points_of(path) - vertices).max() < 1e-5
 
 
 def test_an_export_that_cannot_be_is_one_sentence(shell, sketch, tmp_path):
