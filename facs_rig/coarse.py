@@ -40,10 +40,9 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     for name in cached & set(vars(new)):
         delattr(new, name)
     forget(new)
-    creased = np.isin(rig._crease_at, at)
-    creases = rig._creases.reshape(len(rig._creases), -1, 3)[:, creased]
-    new._crease_at = number[rig._crease_at[creased]]
-    new._creases = np.ascontiguousarray(creases).reshape(len(creases), -1)
+    skin_at = rig.motions.skin_at
+    kept = np.isin(skin_at, at)
+    new.motions = rig.motions.at_skin(kept, number[skin_at[kept]].astype(np.intp))
     new._matrix, new.n_vertices = matrix[at], len(at)
     new.triangles = number[fine]
     new.polygon_vertices = new.triangles.ravel()

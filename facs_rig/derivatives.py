@@ -11,7 +11,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .controls import MAX_INTENSITY
-from .identity import BY_NAME, FEATURES, IDENTITY_KEYS, target_weights
+from .identity import (
+    BY_NAME,
+    CAGE_TARGETS,
+    ENDS,
+    FEATURES,
+    IDENTITY_KEYS,
+    check_identity,
+    detail_weights,
+    target_weights,
+)
 from .mesh import is_shape
 from .parameters import FaceParameters
 
@@ -38,10 +47,16 @@ class SurfacePoints:
         return SurfacePoints(self.neutral[index], self.identity[:, index], self.keys[:, index])
 
 
-def surface_points(rig: FaceRig, vertices: NDArray, weights: NDArray) -> SurfacePoints:
+def surface_points(
+    rig: FaceRig,
+    vertices: NDArray,
+    weights: NDArray,
+    identity: Mapping[str, float] | None = None,
+) -> SurfacePoints:
     """Points given by vertices (k, c) and their weights (k, c), such as corners of triangles.
 
-    Raises ValueError if the two differ in shape.
+    identity : whose keys move them; the default person's if None. Raises ValueError if vertices
+    and weights differ in shape.
     """
     is_shape(weights, vertices.shape, "weights")
     count, corners = vertices.shape
@@ -50,12 +65,13 @@ def surface_points(rig: FaceRig, vertices: NDArray, weights: NDArray) -> Surface
         (np.asarray(weights, np.float32).ravel(), (rows, vertices.ravel())),
         shape=(count, rig.n_vertices),
     )
-    matrix, cage, at, creases = rig.linear_parts
+    matrix, cage, at, skin = rig.linear_parts(identity)
     rows = (mixing @ matrix).tocsr()
     used = np.unique(rows.indices)  # a few points touch little of the cage
-    fine, folds = _mixed(rows[:, used], cage[used]), _mixed(mixing[:, at], creases)
-    split = 1 + len(IDENTITY_KEYS)
-    return SurfacePoints(fine[0], fine[1:split], np.concatenate([fine[split:], folds]))
+    fine, own = _mixed(rows[:, used], cage[used]), _mixed(mixing[:, at], skin)
+    split, details = 1 + CAGE_TARGETS, len(IDENTITY_KEYS) - CAGE_TARGETS
+    targets = np.concatenate([fine[1:split], own[:details]])
+    return SurfacePoints(fine[0], targets, np.concatenate([fine[split:], own[details:]]))
 
 
 def _mixed(rows: sp.csr_matrix, moves: NDArray) -> NDArray[np.float32]:
@@ -67,17 +83,21 @@ def _mixed(rows: sp.csr_matrix, moves: NDArray) -> NDArray[np.float32]:
 def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float32]:
     """(names, targets) how the targets' weights change with each parameter, about `identity`."""
     slopes = np.zeros((len(names), len(IDENTITY_KEYS)), np.float32)
+    known = check_identity(identity)
     place = {feature.name: k for k, feature in enumerate(FEATURES)}
     for row, name in enumerate(names):
-        feature = BY_NAME[name]
-        here = identity.get(name, feature.default)
-        low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)
-        if name in place:  # the weights of its own two ends are -x and x, where they are above 0
-            column = len(IDENTITY_KEYS) - 2 * (len(FEATURES) - place[name])
+        feature, here = BY_NAME[name], known[name]
+        low, high = max(here - STEP, feature.span[0]), min(here + STEP, feature.span[1])
+        ends = ({**known, name: x} for x in (low, high))
+        if name in place and feature.minimum <= low and high <= feature.maximum:
+            # The weights of its own two ends are -x and x, where they are above 0.
+            column = ENDS.start + 2 * place[name]
             less, more = np.array([[-min(x, 0.0), max(x, 0.0)] for x in (low, high)])
             slopes[row, column : column + 2] = (more - less) / (high - low)
+            less, more = (detail_weights(who) for who in ends)
+            slopes[row, CAGE_TARGETS:] = (more - less) / (high - low)
         else:
-            less, more = (target_weights({**identity, name: x}) for x in (low, high))
+            less, more = (target_weights(who) for who in ends)
             slopes[row] = (more - less) / (high - low)
     return slopes
 

@@ -9,7 +9,7 @@ one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,7 @@ class Feature:
     """One parameter; `low` and `high` name the targets at its two ends (features only).
 
     `reach` is how much of these targets -1 and 1 mean, where the whole is no longer a face.
+    `style` is the range beyond the human one, of stylised people, where there is one.
     """
 
     name: str
@@ -36,6 +37,12 @@ class Feature:
     low: str = ""
     high: str = ""
     reach: tuple[float, float] = (1.0, 1.0)
+    style: tuple[float, float] | None = None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The least and the largest value that it may have."""
+        return self.style or (self.minimum, self.maximum)
 
 
 _REACH = {
@@ -53,7 +60,7 @@ def _feature(name: str, label: str, folder: str, stem: str, low: str, high: str)
     return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high, reach)
 
 
-IDENTITY: tuple[Feature, ...] = (
+PEOPLE: tuple[Feature, ...] = (
     Feature("gender", "Gender (female to male)", 0.0, 1.0, 0.5),
     Feature("age", "Age (young adult to old)", 0.0, 1.0, 0.0),
     Feature("weight", "Weight", -1.0, 1.0, 0.0),
@@ -61,6 +68,9 @@ IDENTITY: tuple[Feature, ...] = (
     Feature("asian", "Asian share", 0.0, 1.0, 1 / 3),
     Feature("caucasian", "Caucasian share", 0.0, 1.0, 1 / 3),
     Feature("wrinkles", "Depth of creases", -1.0, 1.0, 0.0),
+)
+
+FEATURES: tuple[Feature, ...] = (
     _feature("head_width", "Head width", "head", "head-scale-horiz", "decr", "incr"),
     _feature("head_height", "Head height", "head", "head-scale-vert", "decr", "incr"),
     _feature("head_depth", "Head depth", "head", "head-scale-depth", "decr", "incr"),
@@ -115,8 +125,13 @@ IDENTITY: tuple[Feature, ...] = (
     _feature("neck_length", "Neck length", "neck", "neck-scale-vert", "decr", "incr"),
 )  # fmt: skip
 
-FEATURES = tuple(f for f in IDENTITY if f.low)
+IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES)
 BY_NAME = {f.name: f for f in IDENTITY}
+
+# What moves the fine skin itself: name -> its weight for a person, given all parameters.
+DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {}
+
+STYLED = tuple(f for f in FEATURES if f.style)
 
 
 def macro_targets() -> tuple[str, ...]:
@@ -136,13 +151,18 @@ def macro_targets() -> tuple[str, ...]:
     return tuple(names)
 
 
-def _key_names() -> tuple[str, ...]:
-    ends = [f"{f.name} {end}" for f in FEATURES for end in ("low", "high")]
-    return tuple(name.split("/")[-1] for name in macro_targets()) + tuple(ends)
+def _ends(features: tuple[Feature, ...], kind: str = "") -> tuple[str, ...]:
+    return tuple(f"{f.name} {kind}{end}" for f in features for end in ("low", "high"))
 
 
-# A name for each weight of `target_weights`, for Blender's shape keys.
-IDENTITY_KEYS = _key_names()
+# A name for each weight of `target_weights`, for Blender's shape keys: macro targets, the features'
+# two ends, what of them is stylised; these move the cage; and details of the fine skin.
+_MACRO = tuple(name.split("/")[-1] for name in macro_targets())
+CAGE_KEYS = (*_MACRO, *_ends(FEATURES), *_ends(STYLED, "stylised "))
+IDENTITY_KEYS = (*CAGE_KEYS, *DETAILS)
+CAGE_TARGETS = len(CAGE_KEYS)
+ENDS = slice(len(_MACRO), len(_MACRO) + 2 * len(FEATURES))
+STYLES = slice(ENDS.stop, CAGE_TARGETS)
 AGE_DEEPENS = 0.7
 
 
@@ -160,16 +180,15 @@ def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
             hint = nearest(str(name), tuple(known)) or "; `sketch2face rig --list` shows them all"
             raise InputError(f"there is no identity parameter '{name}'{hint}")
         feature = BY_NAME[name]
-        if not feature.minimum <= value <= feature.maximum:
-            raise InputError(
-                f"{name} = {value} is outside {feature.minimum:g} to {feature.maximum:g}"
-            )
+        least, most = feature.span
+        if not least <= value <= most:
+            raise InputError(f"{name} = {value} is outside {least:g} to {most:g}")
         known[name] = float(value)
     return known
 
 
 def target_weights(identity: Mapping[str, float]) -> NDArray[np.float64]:
-    """Weights of all identity targets: the macro targets, then low and high of each feature.
+    """Weights of all identity targets, in the order of IDENTITY_KEYS.
 
     The macro weights are products, as in MakeHuman: each corner of gender x age x ethnicity
     (and gender x age x weight) has the product of its shares.
@@ -184,5 +203,20 @@ def target_weights(identity: Mapping[str, float]) -> NDArray[np.float64]:
     macro = [s * g * a for s in shares for g in gender.values() for a in age.values()]
     macro += [g * a * w for g in gender.values() for a in age.values() for w in weight.values()]
     values = np.array([p[f.name] for f in FEATURES])
-    ends = np.stack([np.maximum(-values, 0), np.maximum(values, 0)], axis=1).ravel()
-    return np.concatenate([macro, ends])
+    human = np.clip(values, -1, 1)
+    ends = _two_ends(human)
+    styles = _two_ends((values - human)[_STYLED_AT])
+    return np.concatenate([macro, ends, styles, detail_weights(p)])
+
+
+def detail_weights(known: Mapping[str, float]) -> NDArray[np.float64]:
+    """Weights of DETAILS. known : all parameters by name, as `check_identity` gives them"""
+    return np.array([weight(known) for weight in DETAILS.values()], dtype=float)
+
+
+_STYLED_AT = np.array([FEATURES.index(f) for f in STYLED], dtype=int)
+
+
+def _two_ends(values: NDArray) -> NDArray[np.float64]:
+    """(2k,) how far values (k,) are below 0 and above it, in turn."""
+    return np.stack([np.maximum(-values, 0), np.maximum(values, 0)], axis=1).ravel()

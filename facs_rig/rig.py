@@ -15,10 +15,11 @@ from .anatomy import LANDMARKS, PART_NAMES
 from .common.errors import InputError
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .curves import read_curves
-from .identity import FEATURES, IDENTITY_KEYS, crease_gain, target_weights
+from .identity import CAGE_TARGETS, ENDS, FEATURES, crease_gain, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
-from .moves import compressed, dense
+from .motions import Who, read_motions
+from .moves import dense
 from .parameters import FaceParameters, intensities
 from .posing import blended, refine_many, row_blocks, spanning, turned, with_creases
 from .rotation import rotation
@@ -64,10 +65,8 @@ class FaceRig:
         self.texture = read_uv(arrays)
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
-        self._identity = dense(arrays, "identity", len(self._base))
         # Controls and helpers move the cage, creases the skin itself.
-        self._cage_keys = dense(arrays, "cage_keys", len(self._base))
-        self._crease_at, self._creases = compressed(arrays, "creases")
+        self.motions = read_motions(arrays, len(self._base), self._matrix)
         self.keys = tuple(
             Key(str(name), str(text))
             for name, text in zip(arrays["key_names"], arrays["key_expressions"], strict=True)
@@ -88,7 +87,7 @@ class FaceRig:
         self.weights = weights
         self.triangle_part = self.vertex_part[self.triangles[:, 0]]
         self.parts = {name: self.vertex_part == k for k, name in enumerate(PART_NAMES)}
-        self._fine = with_creases(self._matrix, self._crease_at)
+        self._fine = with_creases(self._matrix, self.motions.skin_at)
         self._blocks = row_blocks(self._fine)
         self._blended = np.flatnonzero((self.weights < 1).any(axis=1))
         x = (self._matrix @ self._base[: self._m])[:, 0]
@@ -116,8 +115,11 @@ class FaceRig:
     # --- identity ---
 
     def _cage(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
-        weights = target_weights(identity).astype(np.float32)
-        return self._base + (weights @ self._identity).reshape(-1, 3)
+        return self._caged(self.motions.person(self.motions.who([identity]))[0][0])
+
+    def _caged(self, moves: NDArray) -> NDArray[np.float32]:
+        """(..., M, 3) the cage moved by (..., 3M), in the source's place."""
+        return self._base + moves.reshape(*moves.shape[:-1], -1, 3)
 
     def neutral(self, identity: Mapping[str, float] | None = None) -> NDArray[np.float32]:
         """(n, 3) the face without expression, head upright. InputError for unknown names.
@@ -133,8 +135,16 @@ class FaceRig:
         return vertices
 
     def _neutral_of(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
-        cage = self._cage(identity)
-        return (self._matrix @ cage[: self._m]) - cage[self._m]
+        (cage,), skin = self.motions.person(self.motions.who([identity]))
+        return self._upright_face(cage, skin)
+
+    def _upright_face(self, moves: NDArray, skin: NDArray | None) -> NDArray[np.float32]:
+        """(n, 3) the fine face whose cage is moved by (3M,) and its skin by (1, 3u) or nothing."""
+        cage = self._caged(moves)
+        vertices = (self._matrix @ cage[: self._m]) - cage[self._m]
+        if skin is not None:
+            vertices[self.motions.skin_at] += skin.reshape(-1, 3)
+        return vertices
 
     def joints(self, identity: Mapping[str, float] | None = None) -> dict[str, NDArray]:
         """JOINTS name -> (3,) its place in metres from the head's joint."""
@@ -148,14 +158,15 @@ class FaceRig:
     def _scalars(self, identity: Mapping[str, float], weights: NDArray) -> dict[str, float]:
         return {
             "crease_gain": crease_gain(identity),
-            "lid_rest": float(self._lid_rest @ weights),
+            "lid_rest": float(self._lid_rest @ weights[:CAGE_TARGETS]),
         }
 
     @cached_property
     def identity_deltas(self) -> NDArray[np.float32]:
         """(identity targets, n, 3) metres that each of identity.IDENTITY_KEYS moves the face."""
-        stack = self._identity.reshape(len(IDENTITY_KEYS), -1, 3)
-        return self._refined(stack[:, : self._m] - stack[:, self._m : self._m + 1])
+        stack = self.motions.targets.reshape(CAGE_TARGETS, -1, 3)
+        cage = self._refined(stack[:, : self._m] - stack[:, self._m : self._m + 1])
+        return np.concatenate([cage, self._on_skin(self.motions.details)])
 
     @cached_property
     def landmark_moves(self) -> NDArray[np.float32]:
@@ -163,7 +174,7 @@ class FaceRig:
 
         The mean of the movements toward 1 and away from -1; the features alone, head upright.
         """
-        ends = self._identity[-2 * len(FEATURES) :].reshape(len(FEATURES), 2, -1, 3)
+        ends = self.motions.targets[ENDS].reshape(len(FEATURES), 2, -1, 3)
         cage = (ends[:, 1] - ends[:, 0]) / 2
         cage = cage[:, : self._m] - cage[:, self._m : self._m + 1]
         rows = self._matrix[self.landmarks]
@@ -173,24 +184,45 @@ class FaceRig:
 
     def key_values(self, parameters: FaceParameters) -> NDArray[np.float32]:
         """(keys,) the value of every key; InputError for unknown names and bad values."""
-        return self._key_values([parameters], [target_weights(parameters.identity)])[0]
+        return self.key_values_of([parameters])[0]
 
     def key_values_of(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
         """(b, keys) the values of every key for many faces; see `key_values`."""
         return self._key_values(batch, [target_weights(p.identity) for p in batch])
 
     @cached_property
-    def linear_parts(self) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray]:
+    def _default_parts(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        return self._parts(self.motions.who([{}]))
+
+    def linear_parts(
+        self, identity: Mapping[str, float] | None = None
+    ) -> tuple[sp.csr_matrix, NDArray, NDArray, NDArray]:
         """What the upright face is a sum of, from the head's joint: the refinement (n, m) of the
-        cage; the cage and its movements (m, 1 + identity targets + keys, 3); the vertices (u,)
-        that the remaining keys, the creases, move, and how (u, creases, 3)."""
-        moves = np.concatenate([self._base.reshape(1, -1), self._identity, self._cage_keys])
+        cage; the cage and its movements (m, 1 + cage targets + cage keys, 3); the vertices (u,)
+        of the skin that move by themselves, and how (u, details + skin keys, 3).
+
+        identity : whose keys; the default person's if None"""
+        who = self.motions.who([identity or {}])
+        cage, skin = self._default_parts if who.default_keys else self._parts(who)
+        return self._matrix, cage, self.motions.skin_at, skin
+
+    def _parts(self, who: Who) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        keys, creases = self.motions.keys_of(who)
+        moves = np.concatenate([self._base.reshape(1, -1), self.motions.targets, keys])
         moves = moves.reshape(len(moves), -1, 3)
         moves = moves[:, : self._m] - moves[:, self._m : self._m + 1]
-        creases = self._creases.reshape(len(self._creases), -1, 3)
-        by_vertex = (np.ascontiguousarray(part.transpose(1, 0, 2)) for part in (moves, creases))
-        cage, folds = by_vertex
-        return self._matrix, cage, self._crease_at, folds
+        skin = sp.vstack([self.motions.details, creases]).toarray()
+        skin = skin.reshape(len(skin), len(self.motions.skin_at), 3)
+        by_vertex = [np.ascontiguousarray(part.transpose(1, 0, 2)) for part in (moves, skin)]
+        return by_vertex[0], by_vertex[1].astype(np.float32)
+
+    def cage(self, parameters: FaceParameters) -> NDArray[np.float32]:
+        """(m, 3) the cage of the upright face, from the head's joint."""
+        who = self.motions.who([parameters.identity])
+        moves = self.motions.person(who)[0]
+        moves = moves + self.motions.expression(who, self.key_values(parameters)[None])[0]
+        cage = self._caged(moves[0])
+        return cage[: self._m] - cage[self._m]
 
     def _key_values(
         self, batch: Sequence[FaceParameters], who: Sequence[NDArray] | NDArray
@@ -212,14 +244,21 @@ class FaceRig:
 
     @cached_property
     def key_deltas(self) -> NDArray[np.float32]:
-        """(keys, n, 3) metres that each key moves the face at value 1."""
-        cage = self._cage_keys.reshape(len(self._cage_keys), -1, 3)
-        out = np.zeros((len(self.keys), self.n_vertices, 3), dtype=np.float32)
-        out[: len(cage)] = self._refined(cage[:, : self._m])
-        out[len(cage) :, self._crease_at] = self._creases.reshape(
-            len(self._creases), len(self._crease_at), 3
-        )
-        return out
+        """(keys, n, 3) metres that each key moves the default person's face at value 1."""
+        return self._deltas(self.motions.who([{}]))
+
+    def key_deltas_of(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        """(keys, n, 3) metres that each key moves this person's face at value 1.
+
+        Not to be written to. InputError for what no person can be.
+        """
+        who = self.motions.who([identity])
+        return self.key_deltas if who.default_keys else self._deltas(who)
+
+    def _deltas(self, who: Who) -> NDArray[np.float32]:
+        keys, creases = self.motions.keys_of(who)
+        cage = self._refined(keys.reshape(len(keys), -1, 3)[:, : self._m])
+        return np.concatenate([cage, self._on_skin(creases)])
 
     @cached_property
     def control_deltas(self) -> NDArray[np.float32]:
@@ -239,27 +278,40 @@ class FaceRig:
         fine = (self._matrix @ flat).reshape(self.n_vertices, len(cages), 3)
         return np.ascontiguousarray(fine.transpose(1, 0, 2), dtype=np.float32)
 
+    def _on_skin(self, rows: sp.csr_matrix) -> NDArray[np.float32]:
+        """Movements (k, 3u) of the skin as movements (k, n, 3) of the fine face."""
+        out = np.zeros((rows.shape[0], self.n_vertices, 3), dtype=np.float32)
+        out[:, self.motions.skin_at] = rows.toarray().reshape(
+            rows.shape[0], len(self.motions.skin_at), 3
+        )
+        return out
+
     def moves(self, pairs: Sequence[tuple[FaceParameters, FaceParameters]]) -> NDArray[np.float32]:
         """(pairs, n, 3) metres from the first to the second face of each pair, head upright.
 
         Both faces of a pair are of the same identity. The eyes' own turning is no movement.
         """
         before, after = (self.key_values_of(faces) for faces in zip(*pairs, strict=True))
-        values, split = after - before, len(self._cage_keys)
-        cages = (values[:, :split] @ self._cage_keys).reshape(len(pairs), -1, 3)
-        creases = (values[:, split:] @ self._creases).reshape(len(pairs), -1, 3)
-        return refine_many(self._blocks, cages[:, : self._m], creases, by_axis=True)
+        who = self.motions.who([first.identity for first, _ in pairs])
+        cages, skin = self.motions.expression(who, after - before)
+        cages = cages.reshape(len(pairs), -1, 3)
+        return refine_many(
+            self._blocks, cages[:, : self._m], self._skin_or_still(skin, len(pairs)), by_axis=True
+        )
+
+    def _skin_or_still(self, skin: NDArray | None, count: int) -> NDArray[np.float32]:
+        """(count, u, 3) of the skin's movements (count, 3u), if it moves."""
+        u = len(self.motions.skin_at)
+        return np.zeros((count, u, 3), np.float32) if skin is None else skin.reshape(count, u, 3)
 
     def shape(
         self, parameters: FaceParameters, offsets: NDArray | None = None
     ) -> NDArray[np.float32]:
         """(n, 3) identity, expression and fitted `offsets` (n, 3), head upright."""
-        values = self.key_values(parameters)
-        split = len(self._cage_keys)
-        cage = self._cage(parameters.identity) + (values[:split] @ self._cage_keys).reshape(-1, 3)
-        vertices = (self._matrix @ cage[: self._m]) - cage[self._m]
-        if values[split:].any():
-            vertices[self._crease_at] += (values[split:] @ self._creases).reshape(-1, 3)
+        who = self.motions.who([parameters.identity])
+        (cage, skin), values = self.motions.person(who), self.key_values(parameters)
+        moves, folds = self.motions.expression(who, values[None])
+        vertices = self._upright_face((cage + moves)[0], _both(skin, folds))
         if offsets is not None:
             vertices = vertices + is_shape(offsets, (self.n_vertices, 3), "offsets")
         return vertices.astype(np.float32)
@@ -290,7 +342,7 @@ class FaceRig:
     def _span(self) -> tuple[sp.csr_matrix, NDArray[np.float32]]:
         """Rows of the refinement, and weights, of vertices that span every person's head."""
         used = np.unique(self._matrix.indices)  # some of the cage only holds the rest
-        moves = self._identity.reshape(len(self._identity), -1, 3)[:, used]
+        moves = self.motions.targets.reshape(CAGE_TARGETS, -1, 3)[:, used]
         corners = used[spanning(self._base[used] + np.concatenate([[0 * moves[0]], moves]))]
         at = np.unique(np.asarray(self._matrix[:, corners].argmax(axis=0)))  # on the skin itself
         return self._matrix[at], self.weights[at]
@@ -361,13 +413,13 @@ class FaceRig:
         """(b, n, 3) many posed faces."""
         if not batch:
             return np.empty((0, self.n_vertices, 3), dtype=np.float32)
-        weights = np.stack([target_weights(p.identity) for p in batch])
-        values, split = self._key_values(batch, weights), len(self._cage_keys)
-        cages = weights.astype(np.float32) @ self._identity + values[:, :split] @ self._cage_keys
-        cages = self._base + cages.reshape(len(batch), -1, 3)
+        who = self.motions.who([p.identity for p in batch])
+        moves, skin = self.motions.person(who)
+        made, folds = self.motions.expression(who, self._key_values(batch, who.targets))
+        cages = self._caged(moves + made)
         joints = cages[:, self._m :] - cages[:, self._m : self._m + 1]
         cages = cages[:, : self._m] - cages[:, self._m : self._m + 1]
-        creases = (values[:, split:] @ self._creases).reshape(len(batch), -1, 3)
+        creases = self._skin_or_still(_both(skin, folds), len(batch))
         fine = self._blocks if len(batch) > 1 else [self._fine]
         if not any(any((*p.head, *p.neck, *p.gaze)) for p in batch):
             return refine_many(fine, cages, creases)
@@ -392,6 +444,13 @@ class FaceRig:
         """(k, 3) points of a surface stroke (see `strokes`) on posed vertices."""
         index, weight = self.strokes[name]
         return np.einsum("kc,kcd->kd", weight, vertices[index])
+
+
+def _both(one: NDArray | None, other: NDArray | None) -> NDArray | None:
+    """The sum of two movements, either of which may be none."""
+    if one is None or other is None:
+        return other if one is None else one
+    return one + other
 
 
 @lru_cache(maxsize=1)

@@ -17,7 +17,6 @@ from scipy.linalg import solveh_banded
 from scipy.sparse import csr_matrix
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
-from facs_rig.identity import target_weights
 from facs_rig.rotation import rotation
 
 from .field import smooth_field
@@ -126,9 +125,9 @@ def pull_skin(
     pins = pins or {}
     if not len(asked) and not pins:
         return np.zeros((rig.n_vertices, 3))
-    matrix = rig.linear_parts[0]
+    matrix = rig.linear_parts()[0]
     opened = {**parameters.aus, **OPEN}
-    spread = _cage_of(rig, FaceParameters(opened, parameters.identity))
+    spread = rig.cage(FaceParameters(opened, parameters.identity)).astype(float)
     corners = rig.triangles[model.triangle[asked]]
     pinned = rig.landmarks[[LANDMARKS.index(name) for name in pins]]
     off = np.array(list(pins.values())).reshape(-1, 2)
@@ -152,15 +151,6 @@ def pull_skin(
     offsets = keep_lids_on_eyes(rig, shape, carry_parts(rig, shape, offsets))
     far = np.linalg.norm(offsets, axis=1, keepdims=True)
     return offsets * np.minimum(1.0, max_move / np.maximum(far, 1e-12))
-
-
-def _cage_of(rig: FaceRig, parameters: FaceParameters) -> NDArray[np.float64]:
-    """(m, 3) the cage of the upright face."""
-    cage = rig.linear_parts[1]
-    weights = np.concatenate(
-        [[1.0], target_weights(parameters.identity), rig.key_values(parameters)]
-    )
-    return weights[: cage.shape[1]].astype(cage.dtype) @ cage
 
 
 def _mixed(matrix, corners: NDArray, weights: NDArray):

@@ -23,8 +23,10 @@ from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_
 from ..common.ties import first_least
 from ..controls import CONTROLS, WHOLE
 from ..curves import curve_arrays
+from ..identity import DETAILS, STYLED
 from ..keys import Key
 from ..mesh import vertex_normals
+from ..moves import packed
 from ..rotation import rotation
 from ..subdivide import refine, triangulate
 from .brows import brows
@@ -46,6 +48,7 @@ from .makehuman import JOINTS, Source, read_source
 from .people import read_people
 from .strands import Hairs, add_hairs, carry_hairs
 from .uv import carried_uv, hair_uv, uv_arrays
+from .variants import variant_arrays
 
 # Entries of the refinement below this are what is left where numbers cancel, 1e-15 and less, and
 # which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
@@ -100,6 +103,9 @@ def bake(data: Path) -> dict[str, NDArray]:
     arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
     creases, grooves = raise_creases(people.plain, m, mesh, active, hairs)
 
+    details = np.zeros((len(DETAILS), mesh.matrix.shape[0], 3))
+    growth = np.zeros((2 * len(STYLED), *people.base.shape))
+
     plain = people.plain
     origin = plain[m + JOINTS.index("head")]
     default = mesh.matrix @ plain[:m] - origin
@@ -122,10 +128,13 @@ def bake(data: Path) -> dict[str, NDArray]:
         "weights": follow_weights(source, mesh).astype(np.float32),
         "mirror": mirror_vertices(default, mesh.part),
         "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
-        **sparse("identity", people.deltas @ upright),
-        **sparse("cage_keys", moves @ upright),
-        **sparse("creases", grooves @ upright),
-        **sparse("arkit", arkit @ upright),
+        **packed("identity", people.deltas @ upright),
+        **packed("cage_keys", moves @ upright),
+        **packed("creases", grooves @ upright),
+        **packed("details", details @ upright),
+        **packed("growth", growth),
+        **variant_arrays((*keys, *creases), [], [], (len(plain), mesh.matrix.shape[0]), upright),
+        **packed("arkit", arkit @ upright),
         **curve_arrays(drawing_layers(default, mesh.triangles, mesh.part, eyes_middle, upright)),
     }
     for name, (index, weight) in {
@@ -279,15 +288,3 @@ def landmark_vertices(vertices, normals, part, eyes_middle) -> NDArray[np.int32]
         )
         out.append(candidates[first_least(near)])
     return np.array(out, dtype=np.int32)
-
-
-def sparse(name: str, stack: NDArray) -> dict[str, NDArray]:
-    """Rows (k, n, 3) with few movers as indices, values (float32) and the start of each row."""
-    moved = [np.flatnonzero(np.abs(d).max(axis=1) > 1e-7) for d in stack]
-    return {
-        f"{name}_index": np.concatenate(moved).astype(np.int32),
-        f"{name}_delta": np.concatenate([d[i] for d, i in zip(stack, moved, strict=True)]).astype(
-            np.float32
-        ),
-        f"{name}_starts": np.cumsum([0] + [len(i) for i in moved]).astype(np.int32),
-    }

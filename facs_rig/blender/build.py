@@ -181,7 +181,10 @@ def _build(
             write_places(mesh, points)
         add_properties(face, rig, parameters)
         yield
-        yield from add_keys(face, rig, points, offsets, identity_keys=identity_keys, arkit=arkit)
+        whose = {} if identity_keys else parameters.identity
+        yield from add_keys(
+            face, rig, points, whose, offsets, identity_keys=identity_keys, arkit=arkit
+        )
         drive_eyes(face, armature)
         drive_jaw(face, armature, rig)
         yield

@@ -8,6 +8,7 @@ expression, so that properties can be keyframed, driven and seen in the Graph Ed
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from functools import lru_cache
 
 import bpy
@@ -68,6 +69,7 @@ def add_keys(
     face: bpy.types.Object,
     rig: FaceRig,
     neutral: NDArray[np.float32],
+    identity: Mapping[str, float],
     offsets: NDArray | None,
     *,
     identity_keys: bool,
@@ -77,11 +79,12 @@ def add_keys(
 
     Pauses after each. The drivers come last, as long as nothing evaluates them.
     neutral : (n, 3) metres, Blender's axes      offsets : (n, 3) metres, core axes
+    identity : whose keys the rig's are
     """
     face.shape_key_add(name=BASIS, from_mix=False)
     face.data.shape_keys.name = face.data.name
     yield
-    moves = rig.key_deltas
+    moves = rig.key_deltas_of(identity)
     yield
     for key, delta in zip(rig.keys, moves, strict=True):
         block = add_key(face, key.name, moved(neutral, delta), -WIDEST, WIDEST)

@@ -22,7 +22,8 @@ from facs_rig.blender.armature import (
     turn_bone,
     turn_of,
 )
-from facs_rig.blender.keys import GAZE
+from facs_rig.blender.arrays import read_key, write_key
+from facs_rig.blender.keys import GAZE, moved
 from facs_rig.common.errors import InputError
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
@@ -235,8 +236,10 @@ def identity_values(identity: Mapping[str, float]) -> dict[str, float]:
 def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
     """Make a face with identity keys another person: its keys, crease_gain, lid_rest and joints.
 
-    Raises InputError, with nothing changed, for parameters that `facs_rig.IDENTITY` does not have
-    or allow and for a face whose identity is baked.
+    Where the person acts or folds in another way, the rig's keys are written anew (what was
+    sculpted into these by hand goes). Raises InputError, with nothing changed, for parameters that
+    `facs_rig.IDENTITY` does not have or allow, for a face whose identity is baked, and for one
+    whose keys cannot be written and would have to be.
     """
     check_identity(identity)
     if not has_identity_keys(face):
@@ -244,10 +247,28 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
             f"'{face.name}' has no identity keys: who it is was settled when it was made"
         )
     blocks = face.data.shape_keys.key_blocks
+    before, after = (rig.motions.who([who]) for who in (identity_of(face), identity))
+    if not before.same_keys(after):
+        _write_own_keys(face, rig, identity)
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
             blocks[name].value = value
     write_identity(face, rig, identity)
+
+
+def _write_own_keys(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:
+    """Write the rig's keys as this person has them."""
+    mesh = face.data
+    if mesh.library or mesh.override_library:
+        raise InputError(
+            f"'{face.name}' is linked from another file, where its keys cannot become another "
+            "person's; make it and its mesh local"
+        )
+    basis = read_key(mesh.shape_keys.reference_key)
+    for key, delta in zip(rig.keys, rig.key_deltas_of(identity), strict=True):
+        write_key(mesh.shape_keys.key_blocks[key.name], moved(basis, delta))
+    mesh.update()
+    mesh.shape_keys.update_tag()
 
 
 def write_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:

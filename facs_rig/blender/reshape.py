@@ -100,7 +100,7 @@ def _reshape(
     baked = not has_identity_keys(face)
     basis = read_key(face.data.shape_keys.reference_key)
     neutral = to_blender(rig.neutral(identity)) if baked else basis
-    ours = _deltas(face, rig) if baked else {}
+    ours = _deltas(face, rig, identity) if baked else {}
     if offsets is not None:
         ours[FITTED] = offsets
     theirs = _carried(face, neutral if baked else None, ours)
@@ -150,9 +150,12 @@ def _identity_keys(face: bpy.types.Object) -> tuple[str, ...]:
     return IDENTITY_KEYS if any(name in blocks for name in IDENTITY_KEYS) else ()
 
 
-def _deltas(face: bpy.types.Object, rig: FaceRig) -> dict[str, NDArray[np.float32]]:
-    """Key that the rig knows -> its offsets against the basis, (n, 3) metres, core axes."""
-    out = {key.name: delta for key, delta in zip(rig.keys, rig.key_deltas, strict=True)}
+def _deltas(
+    face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]
+) -> dict[str, NDArray[np.float32]]:
+    """Key that the rig knows -> a person's offsets against the basis, (n, 3) metres, core axes."""
+    moves = rig.key_deltas_of(identity)
+    out = {key.name: delta for key, delta in zip(rig.keys, moves, strict=True)}
     if all(name in face.data.shape_keys.key_blocks for name in ARKIT_NAMES):
         out |= dict(zip(ARKIT_NAMES, rig.arkit_deltas, strict=True))
     return out

@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from facs_rig import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FaceParameters  # noqa: E402
+from facs_rig import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FaceParameters, variants  # noqa: E402
 from facs_rig.blender import (  # noqa: E402
     build_face,
     build_steps,
@@ -20,10 +20,12 @@ from facs_rig.blender import (  # noqa: E402
 from facs_rig.blender.keys import in_parts  # noqa: E402
 from facs_rig.blender.materials import paint_of  # noqa: E402
 from facs_rig.blender.pose import identity_of, pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender.reshape import reshape  # noqa: E402
 from facs_rig.blender.steps import finish, sliced  # noqa: E402
 from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated  # noqa: E402
 from facs_rig.paint import MATERIAL_NAMES  # noqa: E402
+from tests.facs_rig.test_motions import FACE, ROWS, with_variants  # noqa: E402
 
 TOLERANCE = 1e-5  # metres
 KINDS = ("objects", "meshes", "materials", "armatures", "shape_keys")
@@ -499,3 +501,21 @@ def test_faces_render(rig, tmp_path):
     assert 0.25 < covered.mean() < 0.8
     red, green, blue = pixels[covered][:, :3].mean(axis=0)
     assert 0.2 < blue < green < red  # skin, not the magenta or black of a broken material
+
+
+def test_a_face_with_its_own_ways_is_the_rigs(evaluated, monkeypatch):
+    """Variants of keys: built in, given to a face with identity keys, and taken off again."""
+    kinds = {"broad": 0.7, "crooked": -0.4, "heavy": 0.5, "deep": 1.5, "twice": -1.0}
+    monkeypatch.setattr(variants, "SOURCES", (lambda who: kinds if "age" in who else {},))
+    rig = with_variants(ROWS)
+    baked = build_face("Baked", rig, FACE)
+    live = build_face("Live", rig, FACE, identity_keys=True)
+    for face in (baked, live):
+        assert np.abs(evaluated(face) - rig.pose(FACE)).max() < TOLERANCE
+    plain = FaceParameters(FACE.aus, {"gender": 0.8})
+    assert np.abs(rig.key_deltas_of(FACE.identity) - rig.key_deltas).max() > 1e-3
+    for wanted in (plain, FACE):
+        reshape(baked, rig, wanted.identity)
+        set_identity(live, rig, wanted.identity)
+        for face in (baked, live):
+            assert np.abs(evaluated(face) - rig.pose(wanted)).max() < TOLERANCE

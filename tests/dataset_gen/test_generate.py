@@ -303,7 +303,7 @@ def test_smooth_and_varied_are_the_sparse_faces_with_fewer_creases():
             identity = {**other.parameters.identity, **depth}
             assert replace(other.parameters, identity=identity) == one.parameters
             assert (other.camera, other.kinds, other.style) == (one.camera, one.kinds, one.style)
-    creased = rig._crease_at
+    creased = rig.motions.skin_at
     for one, other in zip(sparse[:10], smooth, strict=False):
         gone = rig.shape(one.parameters) - rig.shape(other.parameters)
         still = replace(other.parameters, aus={})
