@@ -153,7 +153,7 @@ def numbers() -> str:
     helpers = len(rig.keys) - len(CONTROLS) - creases
     rows = (
         ("vertices", rig.n_vertices),
-        ("polygons (quads, and triangles where the mesh grows finer)", polygons),
+        ("polygons (quads, and triangles at the tips of hairs)", polygons),
         ("triangles", len(rig.triangles)),
         ("parts", ", ".join(PART_NAMES)),
         ("controls", len(CONTROLS)),

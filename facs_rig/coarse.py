@@ -1,9 +1,7 @@
 """The face with about a quarter of its triangles, for what does not need its finest shape.
 
-Subdivision gives new vertices higher numbers than those between which they stand. So a vertex that
-has a neighbour of a lower number merges into it, and what is left is the mesh of one step before,
-closed wherever the fine one is. Vertices of the cage stay, and those that carry strokes; all stay
-where the fine face has them.
+It has the vertices of the middle level, and those that carry strokes; what lies between merges into
+one of them. So it is closed wherever the fine mesh is, and all that stays is where that has it.
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ import copy
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .anatomy import HAIR_PARTS, PART_NAMES
@@ -29,8 +26,7 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     """
     matrix, part = rig._matrix, rig.vertex_part
     carriers = [index[weight != 0] for index, weight in rig.strokes.values()]
-    polygons = rig.polygon_vertices, rig.polygon_starts
-    fine = merged(polygons, rig.triangles, part, matrix, np.concatenate(carriers))
+    fine = merged(rig, np.concatenate([rig.medium[0], *carriers]))
     at = np.unique(np.concatenate([fine.ravel(), rig.landmarks, *carriers]))
     number = np.zeros(rig.n_vertices, dtype=np.int32)
     number[at] = np.arange(len(at))
@@ -55,51 +51,25 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     return new
 
 
-def merged(
-    polygons: tuple[NDArray, NDArray],
-    triangles: NDArray,
-    part: NDArray,
-    matrix: sp.csr_matrix,
-    kept: NDArray,
-) -> NDArray[np.intp]:
-    """The triangles (s, 3) of the coarse mesh, by the numbers of the fine one's vertices.
+def merged(rig: FaceRig, kept: NDArray) -> NDArray[np.intp]:
+    """The triangles (s, 3) without hairs that are left if vertices merge into those that are kept.
 
-    polygons : flat, with the start of each      triangles : (t, 3), made of them
-    part : (n,) index into PART_NAMES; hairs are left out      matrix : (n, m) refinement
-    kept : (k,) vertices that stay
+    Each merges into the lowest of those that are kept beside it, or beside what is beside it, and
+    so on: vertices of the cage have the lowest numbers. Triangles and `kept` are by the rig's.
     """
-    into = _lowest_neighbours(*polygons, len(part))
-    caged = _of_cage(matrix)
-    into[:caged] = np.arange(caged)
-    into[kept] = kept
-    while (into[into] != into).any():
-        into = into[into]
     hair = [PART_NAMES.index(name) for name in HAIR_PARTS]
-    found = into[triangles[~np.isin(part[triangles[:, 0]], hair)]]
-    a, b, c = found.T
-    return found[(a != b) & (b != c) & (c != a)]
-
-
-def _lowest_neighbours(flat: NDArray, starts: NDArray, count: int) -> NDArray[np.intp]:
-    """For each vertex the lowest number among itself and those that an edge joins to it."""
+    solid = rig.triangles[~np.isin(rig.triangle_part, hair)]
+    flat, starts = rig.polygon_vertices, rig.polygon_starts
     after = np.arange(1, len(flat) + 1)
     after[np.append(starts[1:], len(flat)) - 1] = starts
-    ends = np.sort(np.stack([flat, flat[after]]), axis=0)
-    order = np.argsort(-ends[0], kind="stable")  # the lowest is written last
-    out = np.arange(count)
-    out[ends[1][order]] = ends[0][order]
-    return out
-
-
-def _of_cage(matrix: sp.csr_matrix) -> int:
-    """How many vertices the cage itself has in the fine mesh: those that come first.
-
-    Each follows a vertex of the cage most, the next one a later of them; with the first point of an
-    edge that begins anew.
-    """
-    rows = matrix[: matrix.shape[1]]
-    most = np.maximum.reduceat(rows.data, rows.indptr[:-1])
-    row = np.repeat(np.arange(len(most)), np.diff(rows.indptr))
-    top = np.flatnonzero(rows.data == most[row])
-    first = rows.indices[top[np.searchsorted(row[top], np.arange(len(most)))]]
-    return 1 + int(np.argmax(np.diff(first) <= 0))
+    one, other = np.concatenate([[flat, flat[after]], [flat[after], flat]], axis=1)
+    far = rig.n_vertices
+    into = np.full(far, far)
+    into[kept] = kept
+    while (into[solid] == far).any():
+        open_ = (into[one] == far) & (into[other] < far)
+        found = into[other[open_]]
+        np.minimum.at(into, one[open_], found)
+    found = into[solid]
+    a, b, c = found.T
+    return found[(a != b) & (b != c) & (c != a)]

@@ -38,6 +38,7 @@ class FaceRig:
     left, y up, z out of the face. See facs_rig.bake for how the asset is made.
 
     triangles : (t, 3) int32        polygon_vertices, polygon_starts : quads and triangles, flat
+    medium : the same of a quarter of the polygons, without hairs, between the same vertices
     vertex_part : (n,) uint8, index into part_names      mirror : (n,) int32
     texture : where the polygons' corners lie on a texture (see facs_rig.uv); `uv` in short
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
@@ -61,6 +62,9 @@ class FaceRig:
         self.polygon_vertices: NDArray[np.int32] = arrays["polygon_vertices"]
         self.polygon_starts: NDArray[np.int32] = arrays["polygon_starts"]
         self.triangles = triangulate(self.polygon_vertices, self.polygon_starts)
+        self.medium: tuple[NDArray[np.int32], NDArray[np.int32]] = (
+            arrays["medium_vertices"], arrays["medium_starts"]
+        )  # fmt: skip
         self.vertex_part: NDArray[np.uint8] = arrays["vertex_part"]
         self.texture = read_uv(arrays)
         self.mirror: NDArray[np.int32] = arrays["mirror"]

@@ -2,7 +2,7 @@
 
 Subdivision is linear in the cage, so a fine mesh is `matrix @ cage`, for the cage itself and for
 every blendshape of it alike. Refinement is adaptive: every cage quad has its own level, and quads
-next to finer ones are closed with triangles around their face point, so that no crack can open.
+next to finer ones are cut into smaller quads that meet these, so that no crack can open.
 """
 
 from __future__ import annotations
@@ -13,24 +13,28 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from .evenness import even_splits, mirror_images
+
 
 @dataclass(frozen=True)
 class Refined:
     """matrix : sparse (n, cage); polygons: quads and triangles, flat with the start of each;
     source : (p,) cage quad from which each polygon came; places : (c, 2) where each corner lies in
-    that quad, whose own corners are SQUARE."""
+    that quad, whose own corners are SQUARE; number : (n,) of each vertex in the deepest mesh, alike
+    at all levels of one cage."""
 
     matrix: sp.csr_matrix
     polygon_vertices: NDArray[np.int32]
     polygon_starts: NDArray[np.int32]
     source: NDArray[np.int32]
     places: NDArray[np.float64]
+    number: NDArray[np.int64]
 
 
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 
 
-def _edges(quads: NDArray) -> tuple[NDArray, NDArray]:
+def sides_of(quads: NDArray) -> tuple[NDArray, NDArray]:
     """Unique edges (e, 2) and the edge (f, 4) between corner k and k + 1 of each quad."""
     ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
     edges, index = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
@@ -45,7 +49,7 @@ def catmull_clark(quads: NDArray, n: int) -> tuple[sp.csr_matrix, NDArray, NDArr
     edges are cubic B-splines. The children of quad i are rows 4i to 4i + 3.
     """
     f = len(quads)
-    edges, quad_edges = _edges(quads)
+    edges, quad_edges = sides_of(quads)
     e = len(edges)
     face = sp.csr_matrix(
         (np.full(4 * f, 0.25), (np.repeat(np.arange(f), 4), quads.ravel())), shape=(f, n)
@@ -96,8 +100,14 @@ def catmull_clark(quads: NDArray, n: int) -> tuple[sp.csr_matrix, NDArray, NDArr
     return matrix, children, edges, quad_edges
 
 
-def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
-    """Subdivide each cage quad (f, 4) `level` (f,) times, 0 upwards, without cracks."""
+def refine(quads: NDArray, n: int, level: NDArray, mirror: NDArray | None = None) -> Refined:
+    """Subdivide each cage quad (f, 4) `level` (f,) times, 0 upwards, without cracks.
+
+    mirror : (n,) mirror image of each cage vertex, of a mesh that shall stay symmetric
+
+    Where levels change by one, there are quads alone, but for a region without a rim that has an
+    odd number of finer sides around it.
+    """
     depth = int(level.max())
     matrices = [sp.identity(n, format="csr")]
     meshes = [np.asarray(quads, dtype=np.int64)]
@@ -108,13 +118,7 @@ def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
         meshes.append(children)
         edge_tables.append(edges)
         quad_edge_tables.append(quad_edges)
-    # A quad of step s that is no leaf has children; an edge is split where a neighbour has some.
-    split = []
-    for s in range(depth):
-        deeper = np.repeat(level, 4**s) > s
-        edge_split = np.zeros(len(edge_tables[s]), dtype=bool)
-        edge_split[quad_edge_tables[s][deeper].ravel()] = True
-        split.append(edge_split)
+    split = _splits(meshes, edge_tables, quad_edge_tables, level, mirror)
     child_edge = [_child_edges(edge_tables, s, matrices[s].shape[0]) for s in range(depth - 1)]
 
     def along(s: int, edge: int, a: int) -> list[tuple[int, float]]:
@@ -138,28 +142,20 @@ def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
     for s in range(depth + 1):
         leaf = np.flatnonzero(np.repeat(level, 4**s) == s)
         for i in leaf:
-            quad, square = meshes[s][i], squares[i % 4**s]
+            quad, square = meshes[s][i].tolist(), squares[i % 4**s]
             if s == depth:
-                ring, at = quad.tolist(), list(square)
+                sides, centre = [[(v, 0.0)] for v in quad], -1
             else:
-                ring, at = [], []
-                for c in range(4):
-                    side = square[(c + 1) % 4] - square[c]
-                    for v, t in along(s, quad_edge_tables[s][i, c], quad[c]):
-                        ring.append(v)
-                        at.append(square[c] + t * side)
-            if len(ring) == 4:
-                polygons.append(ring)
-                source.append(i // 4**s)
-                places += at
-            else:
+                sides = [along(s, quad_edge_tables[s][i, c], quad[c]) for c in range(4)]
                 centre = matrices[s].shape[0] + len(edge_tables[s]) + i
-                middle = (square[0] + square[2]) / 2
-                for k, a in enumerate(ring):
-                    after = (k + 1) % len(ring)
-                    polygons.append([a, ring[after], centre])
-                    source.append(i // 4**s)
-                    places += [at[k], at[after], middle]
+            at = {centre: square.mean(axis=0)}
+            for c, side in enumerate(sides):
+                way = square[(c + 1) % 4] - square[c]
+                at |= {v: square[c] + t * way for v, t in side}
+            cut = _cut([[v for v, _ in side] for side in sides], centre)
+            polygons += cut
+            source += [i // 4**s] * len(cut)
+            places += [at[v] for polygon in cut for v in polygon]
         squares = _quartered(squares)
     flat = np.array([v for p in polygons for v in p], dtype=np.int64)
     used, flat = np.unique(flat, return_inverse=True)
@@ -172,6 +168,7 @@ def refine(quads: NDArray, n: int, level: NDArray) -> Refined:
         starts.astype(np.int32),
         np.array(source, dtype=np.int32),
         np.array(places),
+        used,
     )
 
 
@@ -181,6 +178,52 @@ def _quartered(squares: NDArray) -> NDArray[np.float64]:
     centre = np.broadcast_to((squares[:, :1] + squares[:, 2:3]) / 2, squares.shape)
     children = [squares, (squares + after) / 2, centre, (squares + before) / 2]
     return np.stack(children, axis=2).reshape(-1, 4, 2)
+
+
+def _splits(
+    meshes: list[NDArray],
+    edge_tables: list[NDArray],
+    quad_edge_tables: list[NDArray],
+    level: NDArray,
+    mirror: NDArray | None,
+) -> list[NDArray[np.bool_]]:
+    """Which edges of each step are split: where a neighbour has children, or to even a rim."""
+    split = []
+    for s, (edges, quad_edges) in enumerate(zip(edge_tables, quad_edge_tables, strict=True)):
+        edge_split = np.zeros(len(edges), dtype=bool)
+        edge_split[quad_edges[np.repeat(level, 4**s) > s].ravel()] = True
+        split.append(edge_split)
+    for s, (edges, quad_edges) in enumerate(zip(edge_tables, quad_edge_tables, strict=True)):
+        images = np.arange(len(meshes[s])), np.arange(len(edges))
+        if mirror is not None:
+            images = mirror_images(meshes[s], mirror), mirror_images(edges, mirror)
+            n = len(mirror)
+            mirror = np.concatenate([mirror, n + images[1], n + len(edges) + images[0]])
+        whole = np.flatnonzero(np.repeat(level, 4**s) == s)
+        odd = split[s][quad_edges[whole]].sum(axis=1) % 2 == 1
+        split[s][even_splits(quad_edges, whole, odd, split[s], images)] = True
+    return split
+
+
+def _cut(sides: list[list[int]], centre: int) -> list[list[int]]:
+    """The polygons of a quad whose sides are split: vertices of each side without its far end.
+
+    Two opposite splits make two quads; else the quads, and perhaps a triangle, lie around `centre`.
+    """
+    ring = [v for side in sides for v in side]
+    size = len(ring)
+    if size == 4:
+        return [ring]
+    lengths = [len(side) for side in sides]
+    if lengths in ([1, 2, 1, 2], [2, 1, 2, 1]):
+        k = lengths.index(2)
+        ring = ring[k:] + ring[:k]
+        return [[ring[0], ring[1], ring[4], ring[5]], ring[1:5]]
+    corners = {side[0] for side in sides}
+    # Where a corner is the middle of a quad's outer border, none of its angles is straight.
+    shift = max((0, 1), key=lambda k: sum(v in corners for v in ring[k + 1 :: 2]))
+    ring = ring[shift:] + ring[: shift + 1]
+    return [[centre, *ring[k : min(k + 3, size + 1)]] for k in range(0, size, 2)]
 
 
 def _child_edges(edge_tables: list[NDArray], s: int, n: int) -> dict[tuple[int, int], int]:

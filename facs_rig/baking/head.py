@@ -42,11 +42,12 @@ from .eyes import (
 )
 from .lashes import lashes
 from .layers import drawing_layers
+from .levels import medium_polygons, without_tips
 from .lids import keep_round, lid_deltas, lid_keys
 from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
 from .makehuman import JOINTS, Source, read_source
 from .people import read_people
-from .strands import Hairs, add_hairs, carry_hairs
+from .strands import Hairs, add_hairs, carry_hairs, mirror_cage
 from .uv import carried_uv, hair_uv, uv_arrays
 from .variants import variant_arrays
 
@@ -90,7 +91,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     for side, ball in balls.items():
         keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
 
-    mesh = refined(source, people.plain)
+    mesh, medium = refined(source, people.plain)
     fields = lid_fields(source, people.plain, mesh.matrix, mesh.triangles, mesh.part)
     lid_rest = fit_lids(people, m, mesh.matrix[mesh.skin], fields, balls)
     mesh, hairs = with_hair(source, people.plain, mesh)
@@ -123,6 +124,8 @@ def bake(data: Path) -> dict[str, NDArray]:
         "matrix_indptr": mesh.matrix.indptr.astype(np.int32),
         "polygon_vertices": mesh.polygons[0],
         "polygon_starts": mesh.polygons[1],
+        "medium_vertices": medium[0],
+        "medium_starts": medium[1],
         "vertex_part": mesh.part,
         **uv_arrays(mesh.uv, mesh.polygons[0], len(mesh.part)),
         "weights": follow_weights(source, mesh).astype(np.float32),
@@ -147,17 +150,21 @@ def bake(data: Path) -> dict[str, NDArray]:
     return arrays
 
 
-def refined(source: Source, plain: NDArray) -> Mesh:
-    """The cage refined where the plain face (M, 3) needs it; lash sheets only guide lashes."""
+def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArray]]:
+    """The cage refined where the plain face (M, 3) needs it, and the polygons that its vertices
+    form a step before; lash sheets only guide lashes."""
     level = refinement_levels(plain[: source.size], source.quads, source.quad_part)
     solid = source.quad_part != PART_NAMES.index("lashes")
-    fine = refine(source.quads[solid], source.size, level[solid])
+    mirror, quads = mirror_cage(plain[: source.size]), source.quads[solid]
+    level = without_tips(level[solid], quads)
+    fine = refine(quads, source.size, level, mirror)
     part = np.zeros(fine.matrix.shape[0], dtype=np.uint8)
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
     part[fine.polygon_vertices] = np.repeat(source.quad_part[solid][fine.source], sizes)
     polygons = fine.polygon_vertices, fine.polygon_starts
     uv = carried_uv(source.quad_uv[solid], fine)
-    return Mesh(round_rows(source, plain, fine.matrix, part), polygons, part, uv)
+    mesh = Mesh(round_rows(source, plain, fine.matrix, part), polygons, part, uv)
+    return mesh, medium_polygons(quads, level, mirror, fine)
 
 
 def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[Hairs, ...]]:

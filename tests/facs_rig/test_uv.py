@@ -50,7 +50,8 @@ def test_no_triangle_of_the_skin_is_degenerate_or_turned_over(texture):
     triangles, part = texture
     area = areas(triangles[~np.isin(part, [PART_NAMES.index(name) for name in HAIR_PARTS])])
     assert area.min() > 0
-    assert (area < 1e-9).sum() < 20  # a sixteenth of a pixel of a texture of 8192 pixels
+    # A sixteenth of a pixel where 8192 are the width: two quads of the source, by the nostrils.
+    assert (area < 1e-9).sum() < 40
 
 
 def test_islands_do_not_overlap(texture):
