@@ -50,6 +50,7 @@ from facs_rig import (
     landmark_points,
     load_rig,
 )
+from facs_rig.actions import drawn_actions
 from facs_rig.expressions import random_expression
 from facs_rig.identity import FEATURES
 
@@ -178,6 +179,22 @@ def identities() -> None:
     width = rows[0].shape[1] // len(PEOPLE)
     names = [captioned(np.full((1, width, 3), PAPER, np.uint8), name, 12) for name in PEOPLE]
     save("identities.png", np.concatenate([*rows, np.concatenate(names, axis=1)]))
+
+
+OWN_WAYS = ("smile", "frown", "sneer", "wince", "brow_furrow", "pucker")
+
+
+def face_variants() -> None:
+    """What the default person does, and eight who look the same and have their own ways."""
+    rig, camera = load_rig(), close_up(load_rig(), size=170)
+    people = [{}, *(drawn_actions(np.random.default_rng(k)) for k in range(8))]
+    rows = []
+    for name in OWN_WAYS:
+        for kind in KINDS:
+            faces = [FaceParameters({name: FULL_INTENSITY}, who) for who in people]
+            rows.append(grid([face_picture(rig, face, camera, kind) for face in faces], 9))
+        rows[-1] = captioned(rows[-1], name)
+    save("face_variants.png", np.concatenate(rows))
 
 
 def features() -> None:
@@ -380,8 +397,8 @@ def sphere() -> None:
     save("sphere.png", sphere_example(), few_colours=False)  # a palette would grey the thin lines
 
 
-FACE = (contact_sheets, pairs, identities, features, gaze, layers, one_sided, random_faces,
-        extremes, turned)  # fmt: skip
+FACE = (contact_sheets, pairs, identities, face_variants, features, gaze, layers, one_sided,
+        random_faces, extremes, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
                                     sphere, engraved)}  # fmt: skip

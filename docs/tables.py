@@ -40,7 +40,7 @@ DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 FOLDERS = {"": "Who", "head": "Head", "forehead": "Forehead", "eyes": "Eyes", "eyebrows": "Brows",
            "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks", "chin": "Chin and jaw",
-           "ears": "Ears", "neck": "Neck"}  # fmt: skip
+           "ears": "Ears", "neck": "Neck", "actions": "Own ways"}  # fmt: skip
 
 
 def controls() -> str:
@@ -79,7 +79,7 @@ def identity() -> str:
     """The identity's parameters, grouped by the part of the head."""
     out = ["| parameter | what it is | from | to | default |", "|---|---|---|---|---|"]
     for folder, title in FOLDERS.items():
-        for f in (f for f in IDENTITY if f.low.split("/")[0] == folder):
+        for f in (f for f in IDENTITY if f.part == folder):
             limits = f"{f.minimum:g} | {f.maximum:g} | {f.default:.3g}"
             out.append(f"| `{f.name}` | {title}: {f.label} | {limits} |")
     return "\n".join(out)

@@ -50,6 +50,11 @@ def _side(mix: Mix, side: str) -> Mix:
     return tuple(out)
 
 
+def both_sides(mix: Mix) -> Mix:
+    """The mix of both sides together."""
+    return _side(mix, "left") + _side(mix, "right")
+
+
 def _both(
     name, label, region, aus, muscle, signature, mix, creases=(), sides=False
 ) -> list[Control]:

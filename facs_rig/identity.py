@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from . import actions
 from .common.errors import InputError
 from .parameters import nearest
 
@@ -27,6 +28,7 @@ class Feature:
 
     `reach` is how much of these targets -1 and 1 mean, where the whole is no longer a face.
     `style` is the range beyond the human one, of stylised people, where there is one.
+    `group` is what parameters without targets belong to.
     """
 
     name: str
@@ -38,6 +40,12 @@ class Feature:
     high: str = ""
     reach: tuple[float, float] = (1.0, 1.0)
     style: tuple[float, float] | None = None
+    group: str = ""
+
+    @property
+    def part(self) -> str:
+        """What of a person it belongs to: the folder of its targets, or its group."""
+        return self.low.split("/")[0] or self.group
 
     @property
     def span(self) -> tuple[float, float]:
@@ -125,7 +133,12 @@ FEATURES: tuple[Feature, ...] = (
     _feature("neck_length", "Neck length", "neck", "neck-scale-vert", "decr", "incr"),
 )  # fmt: skip
 
-IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES)
+# How a person does things (see facs_rig.actions).
+ACTIONS = tuple(
+    Feature(name, label, -1.0, 1.0, 0.0, group="actions") for name, label in actions.TABLE.items()
+)
+
+IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ACTIONS)
 BY_NAME = {f.name: f for f in IDENTITY}
 
 # What moves the fine skin itself: name -> its weight for a person, given all parameters.

@@ -16,10 +16,13 @@ FINEST = 2.0**-21  # metres: no movement needs to be known to half of that
 LARGEST = 32767  # of an int16
 
 
-def packed(name: str, stack: NDArray) -> dict[str, NDArray]:
-    """Rows (k, n, 3) in metres as arrays `name_index`, `name_delta`, `name_step`, `name_starts`."""
+def packed(name: str, stack: NDArray, finest: float = FINEST) -> dict[str, NDArray]:
+    """Rows (k, n, 3) in metres as arrays `name_index`, `name_delta`, `name_step`, `name_starts`.
+
+    finest : metres, a power of two, the least step
+    """
     most = np.abs(stack).max(axis=(1, 2), initial=FINEST)
-    step = np.maximum(2.0 ** np.ceil(np.log2(most / LARGEST)), FINEST)
+    step = np.maximum(2.0 ** np.ceil(np.log2(most / LARGEST)), finest)
     whole = np.round(stack / step[:, None, None]).astype(np.int16)
     moved = [np.flatnonzero(row.any(axis=1)) for row in whole]
     none: NDArray = np.zeros((0, 3), np.int16)

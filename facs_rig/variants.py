@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .actions import action_weights
+
 # What asks an identity how much it has of the variants that it knows, by their names.
-SOURCES: tuple[Callable[[Mapping[str, float]], Mapping[str, float]], ...] = ()
+SOURCES: tuple[Callable[[Mapping[str, float]], Mapping[str, float]], ...] = (action_weights,)
 
 
 def variant_weights(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float64]:

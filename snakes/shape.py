@@ -21,7 +21,7 @@ from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 from facs_rig.common.derived import derived
 from facs_rig.common.errors import InputError
 from facs_rig.derivatives import SurfacePoints, movements, surface_points
-from facs_rig.identity import BY_NAME, IDENTITY, target_weights
+from facs_rig.identity import ACTIONS, BY_NAME, IDENTITY, target_weights
 from facs_rig.rotation import rotation
 
 from .lines import HEAD, Lines, nearest_lines
@@ -75,7 +75,7 @@ POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
 INTENSITY, MOST = 0.7, 6.5
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
-FIXED = ("wrinkles",)
+FIXED = ("wrinkles", *(f.name for f in ACTIONS))
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1

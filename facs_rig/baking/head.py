@@ -29,6 +29,7 @@ from ..mesh import vertex_normals
 from ..moves import packed
 from ..rotation import rotation
 from ..subdivide import refine, triangulate
+from .actions import action_variants
 from .brows import brows
 from .creases import crease_displacements, refinement_levels
 from .eyes import (
@@ -101,9 +102,12 @@ def bake(data: Path) -> dict[str, NDArray]:
     controls = read_controls(source, mouth)
     seal_controls(controls, people.plain, mouth)
     keys, moves, active = expression(source, people.plain, mesh, controls, fields, mouth)
+    rims = 1 - np.prod([1 - field.rim for field in fields.values()], axis=0)
+    own_ways = action_variants(source, people.plain, controls, rims, mouth)
     arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
     creases, grooves = raise_creases(people.plain, m, mesh, active, hairs)
 
+    sizes = len(people.base), mesh.matrix.shape[0]
     details = np.zeros((len(DETAILS), mesh.matrix.shape[0], 3))
     growth = np.zeros((2 * len(STYLED), *people.base.shape))
 
@@ -136,7 +140,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         **packed("creases", grooves @ upright),
         **packed("details", details @ upright),
         **packed("growth", growth),
-        **variant_arrays((*keys, *creases), [], [], (len(plain), mesh.matrix.shape[0]), upright),
+        **variant_arrays((*keys, *creases), own_ways, [], sizes, upright),
         **packed("arkit", arkit @ upright),
         **curve_arrays(drawing_layers(default, mesh.triangles, mesh.part, eyes_middle, upright)),
     }
@@ -192,22 +196,8 @@ def without_noise(matrix: sp.csr_matrix) -> sp.csr_matrix:
 
 
 def read_controls(source: Source, mouth: Mouth) -> NDArray[np.float64]:
-    """(47, M, 3) metres that each control's mix moves the cage at intensity 5.
-
-    An entry of a mix may be cut: `name|left` is the half of the face's left, `name^upper` that of
-    the upper lip. Joints stay where the identity puts them.
-    """
-    controls = np.zeros((len(CONTROLS), *source.cage.shape))
-    for k, control in enumerate(CONTROLS):
-        for entry, weight in control.mix:
-            name, _, side = entry.partition("|")
-            name, _, lip = name.partition("^")
-            delta = source.target(name)[: source.size]
-            for mask in (side, lip):
-                if mask:
-                    delta = delta * mouth.masks[mask]
-            controls[k, : source.size] += weight * delta
-    return controls
+    """(47, M, 3) metres that each control's mix moves the cage at intensity 5."""
+    return np.stack([source.mixed(control.mix, mouth.masks) for control in CONTROLS])
 
 
 def expression(

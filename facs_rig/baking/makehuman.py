@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ..anatomy import NECK_CUT, PART_NAMES
+from ..controls import Mix
 
 METRES = 0.1  # MakeHuman's unit is the decimetre
 JOINTS = ("head", "neck", "l-eye", "r-eye", "mouth")  # as rig.JOINTS; the jaw turns in "mouth"
@@ -68,6 +70,23 @@ class Source:
         stands for both sides. `lids/...` is not in the source: zero.
         """
         return self.to_cage @ self._displacements(name)
+
+    def mixed(self, mix: Mix, masks: Mapping[str, NDArray]) -> NDArray[np.float64]:
+        """(M, 3) metres that a control's mix moves the cage; joints stay where they are.
+
+        An entry of a mix may be cut by one of the `masks` (m, 1): `name|left` is the half of the
+        face's left, `name^upper` that of the upper lip.
+        """
+        out = np.zeros_like(self.cage)
+        for entry, weight in mix:
+            name, _, side = entry.partition("|")
+            name, _, lip = name.partition("^")
+            delta = self.target(name)[: self.size]
+            for mask in (side, lip):
+                if mask:
+                    delta = delta * masks[mask]
+            out[: self.size] += weight * delta
+        return out
 
     def _displacements(self, name: str) -> NDArray[np.float64]:
         n = self.to_cage.shape[1]

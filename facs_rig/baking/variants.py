@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..keys import Key
-from ..moves import packed
+from ..moves import FINEST, packed
+
+CAGE_STEP = 2.0**-17  # metres: people's ways are known to 4 micrometres
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ def variant_arrays(
         "variant_names": np.array([v.name for v in (*cage, *skin)], dtype=str),
         "variant_parents": np.array([number[v.parent] for v in (*cage, *skin)], dtype=np.int32),
     }
-    for kind, variants, count in (("cage", cage, shapes[0]), ("skin", skin, shapes[1])):
+    kinds = ("cage", cage, shapes[0], CAGE_STEP), ("skin", skin, shapes[1], FINEST)
+    for kind, variants, count, step in kinds:
         moves = [v.moves @ upright for v in variants]
-        arrays |= packed(f"{kind}_variants", np.array(moves).reshape(len(moves), count, 3))
+        arrays |= packed(f"{kind}_variants", np.array(moves).reshape(len(moves), count, 3), step)
     return arrays

@@ -207,6 +207,18 @@ HEAD_AND_EYES = {
 
 # --- the person --------------------------------------------------------------------------------
 
+OWN_WAYS = {
+    "Brow actions": "Brauenbewegungen",
+    "Eye actions": "Augenbewegungen",
+    "Nose actions": "Nasenbewegungen",
+    "Cheek actions": "Wangenbewegungen",
+    "Smile": "Lächeln",
+    "Mouth corner actions": "Mundwinkelbewegungen",
+    "Lip actions": "Lippenbewegungen",
+    "Jaw actions": "Kieferbewegungen",
+}
+WAYS = {"shape": "Form", "pull": "Zug", "lopsided": "schief"}
+
 FEATURES = {
     "Gender (female to male)": "Geschlecht (weiblich bis männlich)",
     "Age (young adult to old)": "Alter (jung bis alt)",
@@ -264,6 +276,11 @@ FEATURES = {
     "Ears standing out": "Abstehende Ohren",
     "Neck girth": "Halsumfang",
     "Neck length": "Halslänge",
+    **{
+        f"{group}: {way}": f"{gruppe}: {weise}"
+        for group, gruppe in OWN_WAYS.items()
+        for way, weise in WAYS.items()
+    },
 }
 
 GROUPS = {
@@ -278,6 +295,7 @@ GROUPS = {
     "Chin and Jaw": "Kinn und Kiefer",
     "Ears": "Ohren",
     "Neck": "Hals",
+    "Own Ways": "Eigenarten",
 }
 
 # --- points of the face ------------------------------------------------------------------------

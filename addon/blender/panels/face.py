@@ -17,7 +17,8 @@ CHARACTER = "character"
 # Folder of the modelling targets -> what the group of sliders is called.
 GROUPS = {CHARACTER: "Character", "head": "Head", "forehead": "Forehead", "eyebrows": "Brows",
           "eyes": "Eyes", "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks",
-          "chin": "Chin and Jaw", "ears": "Ears", "neck": "Neck"}  # fmt: skip
+          "chin": "Chin and Jaw", "ears": "Ears", "neck": "Neck",
+          "actions": "Own Ways"}  # fmt: skip
 WRINKLES = "wrinkles"
 # Title and the bone's axis: an upright bone has the core's axes (see facs_rig.blender.armature).
 AXES = (("Turn", 1), ("Nod", 0), ("Tilt", 2))
@@ -46,7 +47,7 @@ def identity_groups() -> dict[str, list[Feature]]:
     groups: dict[str, list[Feature]] = {group: [] for group in GROUPS}
     for feature in IDENTITY:
         if feature.name != WRINKLES:
-            groups[feature.low.split("/")[0] or CHARACTER].append(feature)
+            groups[feature.part or CHARACTER].append(feature)
     return groups
 
 
