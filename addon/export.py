@@ -29,6 +29,7 @@ from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
+from facs_rig.paint import linear_light
 from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
@@ -148,7 +149,33 @@ def _write_ply(path: Path, shape: Shape, name: str) -> None:
 
 
 def _write_glb(path: Path, shape: Shape, name: str) -> None:
-    path.write_bytes(gltf.glb(shape.points, shape.triangles, shape.colours, shape.moves, name))
+    """Each part has its own material: its lightest colour, of which its vertices have shares."""
+    colours = np.concatenate(
+        [linear_light(shape.colours[:, :3] / 255), shape.colours[:, 3:] / 255], axis=1
+    )
+    sizes = np.diff(np.append(shape.polygon_starts, len(shape.polygon_vertices)))
+    of_corner = np.repeat(shape.part, sizes)
+    used = np.unique(shape.part).tolist()
+    lightest = {k: colours[shape.polygon_vertices[of_corner == k]].max(axis=0) for k in used}
+    texture = shape.texture
+    surface = gltf.Surface(
+        corners=(shape.polygon_vertices if texture is None else texture.corners)[
+            shape.triangle_corners
+        ],
+        places=np.arange(len(shape.points)) if texture is None else texture.vertices,
+        uv=None if texture is None else texture.points,
+        finish=np.searchsorted(used, of_corner[shape.triangle_corners[:, 0]]),
+        finishes=tuple(
+            gltf.Finish(shape.part_names[k], tuple(lightest[k].tolist()), shape.roughness[k])
+            for k in used
+        ),
+    )
+    path.write_bytes(
+        gltf.glb(
+            shape.points, shape.triangles, colours, shape.moves, name,
+            surface=surface, skeleton=shape.skeleton,
+        )
+    )  # fmt: skip
 
 
 # --- .obj -----------------------------------------------------------------------------------------

@@ -2,23 +2,27 @@
 
 The shape itself is kept in float32. Morph targets are what makes a face large, so they are written
 as KHR_mesh_quantization allows, in steps of 1/32767 m for movements and 1/127 for turned normals,
-and for those vertices alone that move or turn enough to be seen.
+and for those vertices alone that move or turn enough to be seen. Each material has vertices of its
+own: a viewer keeps what it needs for morphing once for each primitive.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.gltf_skeleton import followed, nodes, to_bones
+from facs_rig.bones import Skeleton
 from facs_rig.mesh import corner_matrix, is_shape
 
-STILL = 0.0002
-"""Metres: smaller movements are left out. On a head that fills a screen, a pixel is larger."""
+STILL = 0.00025
+"""Metres: smaller movements are left out. A pixel is about that, on a head that fills a screen."""
 UNTURNED = 0.1
 """Turned normals that are shorter, 6 degrees, are left out."""
 BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
@@ -28,23 +32,55 @@ EXTENSION = "KHR_mesh_quantization"
 STEPS = {BYTE: (np.int8, 127), SHORT: (np.int16, 32767)}
 
 
+@dataclass(frozen=True)
+class Finish:
+    """A material. colour : linear RGBA, 0..1      roughness : 0 mirror to 1 chalk"""
+
+    name: str
+    colour: tuple[float, float, float, float]
+    roughness: float
+
+
+@dataclass(frozen=True)
+class Surface:
+    """How a mesh is cut into materials, and where it lies on a texture.
+
+    corners : (t, 3) int, the triangles as numbers of places, of which a vertex has several where
+        the texture has a seam
+    places : (k,) int, the vertex at each place      uv : (k, 2) float, 0..1, v up; or nowhere
+    finish : (t,) int, index into `finishes` of each triangle
+    """
+
+    corners: NDArray
+    places: NDArray
+    uv: NDArray | None
+    finish: NDArray
+    finishes: tuple[Finish, ...]
+
+
 def glb(
     vertices: NDArray,
     triangles: NDArray,
     colours: NDArray | None = None,
     targets: Mapping[str, NDArray] | None = None,
     name: str = "face",
+    *,
+    surface: Surface | None = None,
+    skeleton: Skeleton | None = None,
 ) -> bytes:
     """A mesh with morph targets as the bytes of a .glb.
 
     Parameters
     ----------
     vertices : (n, 3) float, metres, y up; as float32 in the file      triangles : (t, 3) int
-    colours : (n, 4) uint8, of the vertices
+    colours : (n, 4) float, linear, 0..1, of the vertices
     targets : name -> (n, 3) float, metres that it moves the vertices when it is fully on. What
         moves less than STILL stays, and up to twice that it moves the less, so that no edge shows;
         normals likewise by UNTURNED.
     name : of the mesh and its node
+    surface : each material is a primitive with its own vertices: those that it has of the mesh, in
+        their order, and behind them the doubles at seams
+    skeleton : bones in the pose of `vertices`, and how far these follow them
 
     Raises ValueError for arrays of other shapes.
     """
@@ -52,36 +88,139 @@ def glb(
     vertices = np.ascontiguousarray(is_shape(vertices, (n, 3), "vertices"), dtype=np.float32)
     light = _Light(vertices, is_shape(triangles, (None, 3), "triangles"))
     file = _File()
-    attributes = {
-        "POSITION": file.vertices(vertices, FLOAT),
-        "NORMAL": file.vertices(_stored(light.normals.T, BYTE), BYTE),
-    }
-    if colours is not None:
-        colours = np.ascontiguousarray(is_shape(colours, (n, 4), "colours"), dtype=np.uint8)
-        attributes["COLOR_0"] = file.vertices(colours, UNSIGNED_BYTE)
-    primitive: dict[str, Any] = {"attributes": attributes, "indices": file.indices(triangles, n)}
-    mesh: dict[str, Any] = {"name": name, "primitives": [primitive]}
+    pieces = [_Piece(file, *cut) for cut in _cut(n, triangles, surface)]
+    if skeleton is not None:
+        is_shape(skeleton.weights, (n, len(skeleton.bones)), "weights")
+        bones, weights = followed(skeleton.weights)
+    for piece in pieces:
+        piece.add("POSITION", vertices, FLOAT)
+        piece.add("NORMAL", _stored(light.normals.T, BYTE), BYTE)
+        if surface is not None and surface.uv is not None:
+            places = np.clip(surface.uv, 0, 1) * (1, -1) + (0, 1)  # glTF counts v from the top
+            piece.add("TEXCOORD_0", np.rint(65535 * places).astype(np.uint16), UNSIGNED_SHORT, True)
+        if colours is not None:
+            base = (1.0,) * 4 if piece.finish is None else piece.finish.colour
+            share = is_shape(colours, (n, 4), "colours") / np.maximum(base, 1e-6)
+            share = np.rint(255 * np.clip(share, 0, 1)).astype(np.uint8)
+            piece.add("COLOR_0", share, UNSIGNED_BYTE)
+        if skeleton is not None:
+            piece.add("JOINTS_0", bones, UNSIGNED_BYTE)
+            piece.add("WEIGHTS_0", weights, UNSIGNED_BYTE)
+    mesh: dict[str, Any] = {"name": name, "primitives": [piece.primitive for piece in pieces]}
     if targets:
-        primitive["targets"] = []
+        order = np.concatenate([piece.vertices for piece in pieces])
+        bounds = np.cumsum([0] + [len(piece.vertices) for piece in pieces])
         for key, move in targets.items():
             moves = np.ascontiguousarray(is_shape(move, (n, 3), f"target {key}").T, np.float32)
             rows, turned = light.turned(moves)
             kind = SHORT if np.abs(moves).max() <= 1 else FLOAT
             moved = _seen(moves, STILL, kind)
             lit = _seen(turned, UNTURNED, BYTE, among=rows)
-            primitive["targets"].append(
-                {"POSITION": file.sparse(n, *moved, kind), "NORMAL": file.sparse(n, *lit, BYTE)}
-            )
+            for what, found, stored in (("POSITION", moved, kind), ("NORMAL", lit, BYTE)):
+                for piece, own in zip(pieces, _shared(n, *found, order, bounds), strict=True):
+                    piece.morph(what, *own, stored)
         mesh |= {"weights": [0.0] * len(targets), "extras": {"targetNames": list(targets)}}
+    tree: dict[str, Any] = {"nodes": [{"name": name, "mesh": 0}], "scenes": [{"nodes": [0]}]}
+    if surface is not None:
+        tree["materials"] = [_material(piece.finish) for piece in pieces if piece.finish]
+    if skeleton is not None:
+        first = len(tree["nodes"])
+        tree["nodes"][0]["skin"] = 0
+        tree["nodes"] += nodes(skeleton, first)
+        tree["scenes"][0]["nodes"].append(first)
+        joints = list(range(first, first + len(skeleton.bones)))
+        back = file.matrices(to_bones(skeleton))
+        tree["skins"] = [{"inverseBindMatrices": back, "joints": joints, "skeleton": first}]
     return file.packed(
         asset={"version": "2.0", "generator": "Sketch to Face"},
         extensionsUsed=[EXTENSION],
         extensionsRequired=[EXTENSION],
         scene=0,
-        scenes=[{"nodes": [0]}],
-        nodes=[{"name": name, "mesh": 0}],
         meshes=[mesh],
+        **tree,
     )
+
+
+def _material(finish: Finish) -> dict[str, Any]:
+    shading = {
+        "baseColorFactor": [round(float(c), 5) for c in finish.colour],
+        "metallicFactor": 0.0,
+        "roughnessFactor": round(float(finish.roughness), 4),
+    }
+    return {"name": finish.name, "pbrMetallicRoughness": shading}
+
+
+def _cut(
+    n: int, triangles: NDArray, surface: Surface | None
+) -> Iterator[tuple[NDArray, NDArray, NDArray, Finish | None, int | None]]:
+    """What `_Piece` takes of each material that has triangles, in the order of the finishes."""
+    if surface is None:
+        yield np.arange(n), np.arange(n), np.asarray(triangles), None, None
+        return
+    number = 0
+    for kind, finish in enumerate(surface.finishes):
+        own = surface.corners[surface.finish == kind]
+        if not len(own):
+            continue
+        places, corners = np.unique(own, return_inverse=True)
+        yield surface.places[places], places, corners.reshape(-1, 3), finish, number
+        number += 1
+
+
+def _shared(
+    n: int, rows: NDArray[np.intp], values: NDArray, order: NDArray, bounds: NDArray
+) -> Iterator[tuple[NDArray[np.intp], NDArray]]:
+    """Of n vectors, `values` (3, k) at `rows` (k,) and 0 elsewhere, those of each piece, by its own
+    vertices' numbers. order : all pieces' vertices      bounds : where each piece's begin and end
+    """
+    at = np.full(n, -1, dtype=np.int32)
+    at[rows] = np.arange(len(rows))
+    found = at[order]
+    hits = np.flatnonzero(found >= 0)
+    mine = values[:, found[hits]]
+    cuts = np.searchsorted(hits, bounds).tolist()
+    for first, a, b in zip(bounds, cuts, cuts[1:], strict=False):
+        yield hits[a:b] - first, mine[:, a:b]
+
+
+class _Piece:
+    """A primitive of the file, with vertices (m,) of the mesh at places (m,) of the texture."""
+
+    def __init__(
+        self,
+        file: _File,
+        vertices: NDArray,
+        places: NDArray,
+        corners: NDArray,
+        finish: Finish | None,
+        material: int | None,
+    ) -> None:
+        self._file, self.vertices, self._places, self.finish = file, vertices, places, finish
+        self.primitive: dict[str, Any] = {
+            "attributes": {},
+            "indices": file.indices(corners, len(vertices)),
+        }
+        if material is not None:
+            self.primitive["material"] = material
+        self._nothing: dict[int, int] = {}
+
+    def add(self, name: str, values: NDArray, kind: int, of_places: bool = False) -> None:
+        """An attribute: a value of each vertex of the mesh, or of each place of the texture."""
+        own = values[self._places if of_places else self.vertices]
+        counted = name != "JOINTS_0"
+        self.primitive["attributes"][name] = self._file.vertices(own, kind, normalized=counted)
+
+    def morph(self, name: str, rows: NDArray[np.intp], values: NDArray, kind: int) -> None:
+        """Where the next morph target moves or turns vertices: `values` (3, k) at `rows` (k,)."""
+        targets = self.primitive.setdefault("targets", [])
+        if not targets or name in targets[-1]:
+            targets.append({})
+        if len(rows):
+            targets[-1][name] = self._file.sparse(len(self.vertices), rows, values, kind)
+            return
+        if kind not in self._nothing:  # one for all
+            self._nothing[kind] = self._file.sparse(len(self.vertices), rows, values, kind)
+        targets[-1][name] = self._nothing[kind]
 
 
 def _stored(values: NDArray, kind: int) -> NDArray:
@@ -127,7 +266,7 @@ class _Light:
         """Vertices (k,) whose normals may turn by UNTURNED when all move (3, n), and by how much
         theirs do (3, k)."""
         x, y, z = np.abs(moves)
-        moving = (x > STILL / 10) | (y > STILL / 10) | (z > STILL / 10)
+        moving = (x > STILL / 15) | (y > STILL / 15) | (z > STILL / 15)
         a, b, c = (moving[corner] for corner in self._corners)
         hot = np.flatnonzero(a | b | c)
         change = np.zeros_like(self._flat)
@@ -179,20 +318,29 @@ class _File:
 
     def _accessor(self, kind: int, count: int, type_: str, **more: Any) -> int:
         accessor = {"componentType": kind, "count": count, "type": type_, **more}
-        if kind in (BYTE, UNSIGNED_BYTE, SHORT):
-            accessor["normalized"] = True
         self._accessors.append(accessor)
         return len(self._accessors) - 1
 
-    def vertices(self, values: NDArray, kind: int) -> int:
-        """The accessor of a value (n, 3) or (n, 4) of each vertex."""
+    def vertices(self, values: NDArray, kind: int, normalized: bool = True) -> int:
+        """The accessor of a value (n, 2), (n, 3) or (n, 4) of each vertex; of integers the largest
+        means 1, unless they only count."""
         n, c = values.shape
         room = -c * values.itemsize % 4 // values.itemsize
         # In the file each vertex begins at a multiple of four bytes.
         padded = np.pad(values, ((0, 0), (0, room))) if room else values
         view = self._view(padded, byteStride=padded[:1].nbytes, target=ARRAY_BUFFER)
-        bounds = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        return self._accessor(kind, n, f"VEC{c}", bufferView=view, **bounds)
+        more: dict[str, Any] = {
+            "min": values.min(axis=0).tolist(),
+            "max": values.max(axis=0).tolist(),
+        }
+        if normalized and kind != FLOAT:
+            more["normalized"] = True
+        return self._accessor(kind, n, f"VEC{c}", bufferView=view, **more)
+
+    def matrices(self, values: NDArray) -> int:
+        """The accessor of matrices (k, 4, 4)."""
+        view = self._view(values.swapaxes(1, 2).astype("<f4"))  # column by column in the file
+        return self._accessor(FLOAT, len(values), "MAT4", bufferView=view)
 
     def indices(self, triangles: NDArray, n: int) -> int:
         """The accessor of triangles (t, 3) of n vertices."""
@@ -204,6 +352,8 @@ class _File:
         """The accessor of n vectors: `values` (3, k) at `rows` (k,), and 0 elsewhere."""
         ends = values if len(rows) == n else np.pad(values, ((0, 0), (0, 1)))
         more: dict[str, Any] = {"min": ends.min(axis=1).tolist(), "max": ends.max(axis=1).tolist()}
+        if kind != FLOAT:
+            more["normalized"] = True
         if len(rows):
             index, dtype = _index(n)
             more["sparse"] = {

@@ -12,8 +12,9 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.looks import colours_of
 from facs_rig.mesh import vertex_normals
-from facs_rig.paint import MATERIALS, materials_at, srgb
+from facs_rig.paint import MATERIAL_NAMES, materials_at, srgb
 from facs_rig.raster import barycentric
 
 PANEL = 420  # pixels, the height of a panel
@@ -89,7 +90,8 @@ def paint(
     # Brows and irises are looked up where the pixel lies on the face at rest: crisp at any size.
     neutral = rig.neutral(identity)
     material = materials_at(rig, neutral, at_pixels(neutral), rig.triangle_part[owner])
-    linear = np.array([colour[:3] for colour, _ in MATERIALS.values()])
+    palette = colours_of(identity or {})
+    linear = np.array([palette[name].colour[:3] for name in MATERIAL_NAMES])
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
     picture[v, u] = 255 * srgb(linear[material] * np.clip(light, 0, 1.1)[:, None])
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from . import actions
 from .common.errors import InputError
+from .looks import ROWS
 from .parameters import nearest
 
 ETHNICITIES = ("african", "asian", "caucasian")
@@ -138,7 +139,9 @@ ACTIONS = tuple(
     Feature(name, label, -1.0, 1.0, 0.0, group="actions") for name, label in actions.TABLE.items()
 )
 
-IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ACTIONS)
+LOOKS = tuple(Feature(*row, group="colours") for row in ROWS)  # colours, which move nothing
+
+IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ACTIONS, *LOOKS)
 BY_NAME = {f.name: f for f in IDENTITY}
 
 # What moves the fine skin itself: name -> its weight for a person, given all parameters.

@@ -2,28 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .common.derived import derived
+from .looks import PLAIN, Finish, colours_of
 from .rig import FaceRig, landmark_points
 
-# name -> (base colour, linear RGBA 0..1; roughness)
-MATERIALS: dict[str, tuple[tuple[float, float, float, float], float]] = {
-    "skin": ((0.86, 0.63, 0.52, 1.0), 0.55),
-    "eyes": ((0.90, 0.89, 0.87, 1.0), 0.20),
-    "iris": ((0.16, 0.24, 0.30, 1.0), 0.20),
-    "pupil": ((0.01, 0.01, 0.01, 1.0), 0.15),
-    "brows": ((0.085, 0.052, 0.036, 1.0), 0.70),
-    "brow_skin": ((0.46, 0.31, 0.235, 1.0), 0.60),
-    "teeth": ((0.86, 0.82, 0.74, 1.0), 0.30),
-    "lips": ((0.66, 0.36, 0.32, 1.0), 0.40),
-    "tongue": ((0.30, 0.08, 0.075, 1.0), 0.40),
-    "mouth": ((0.10, 0.02, 0.02, 1.0), 0.45),
-    "lashes": ((0.05, 0.035, 0.03, 1.0), 0.80),
-}
-MATERIAL_NAMES = tuple(MATERIALS)
+MATERIAL_NAMES = tuple(PLAIN)
+TINTED = ("skin", "lips", "brow_skin")  # one skin, in several colours
+# The polygons are too coarse for the rim of the lips, so it is drawn softly: what lies within this
+# distance of a vertex is averaged.
+SOFT = 0.0012  # metres
+# Where blood shows through: between which landmarks, how much, over which distance in metres.
+_BLUSH = ((("cheekbone_left", "nose_wing_left"), 0.13, 0.017),
+          (("cheekbone_right", "nose_wing_right"), 0.13, 0.017),
+          (("nose_tip",), 0.14, 0.008), (("chin",), 0.06, 0.012))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Painted:
+    """What is painted on the vertices of the default face, and so on everybody's.
+
+    material : (n,) int, index into MATERIAL_NAMES
+    areas : (n, 3) float32, how far a vertex of the skin is plain, lip, and skin under a brow
+    blush : (n, 3) float32, what the skin's colour is multiplied by where blood shows through
+    """
+
+    material: NDArray[np.int32]
+    areas: NDArray[np.float32]
+    blush: NDArray[np.float32]
+
+    def colours(self, palette: Mapping[str, Finish]) -> NDArray[np.float32]:
+        """(n, 4) linear RGBA of the vertices. palette : MATERIAL_NAMES -> what it is made of"""
+        every = np.array([palette[name].colour for name in MATERIAL_NAMES], dtype=np.float32)
+        out = every[self.material]
+        skin = self.areas.any(axis=1)
+        tinted = every[[MATERIAL_NAMES.index(name) for name in TINTED]]
+        out[skin] = self.areas[skin] @ tinted
+        out[skin, :3] *= self.blush[skin]
+        return out
+
+
+@derived
+def painted(rig: FaceRig) -> Painted:
+    """What is painted on a rig's vertices, worked out once."""
+    neutral = rig.neutral()
+    n, kinds = len(neutral), [MATERIAL_NAMES.index(name) for name in TINTED]
+    material = materials_at(rig, neutral, neutral, rig.vertex_part)
+    areas = (material[:, None] == kinds).astype(np.float32)
+    around = areas.argmax(axis=1)[rig.triangles]
+    mixed = (around != around[:, :1]).any(axis=1)
+    rim = np.unique(rig.triangles[mixed])
+    rim = rim[areas[rim].any(axis=1) & (neutral[rim, 2] > 0)]
+    total = np.zeros((len(rim), 3))
+    for turn in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+        for radius in (0.4 * SOFT, SOFT):
+            aside = radius * np.array([np.cos(turn), np.sin(turn), 0.0])
+            index = materials_at(rig, neutral, neutral[rim] + aside, rig.vertex_part[rim])
+            total += index[:, None] == kinds
+    count = total.sum(axis=1, keepdims=True)
+    areas[rim] = np.where(count > 0, total / np.maximum(count, 1), (1, 0, 0))
+
+    blush = np.ones((n, 3), dtype=np.float32)
+    skin = np.flatnonzero(rig.parts["skin"] & (neutral[:, 2] > 0))
+    places = landmark_points(rig, neutral)
+    for names, amount, reach in _BLUSH:
+        middle = np.mean([places[name] for name in names], axis=0)
+        far = np.linalg.norm(neutral[skin] - middle, axis=1) / reach
+        blush[skin] *= 1 - amount * np.exp(-0.5 * far**2)[:, None] * (0.1, 0.8, 0.7)
+    return Painted(material, areas, blush)
 
 
 def materials_at(
@@ -57,13 +108,21 @@ def _inside_mouth(rig: FaceRig, neutral: NDArray, points: NDArray) -> NDArray[np
     return near[:, 0] & near[:, 1] & (points[:, 2] < lips[2] - 0.018) & (points[:, 2] > -0.01)
 
 
-def vertex_colours(rig: FaceRig, identity: dict[str, float] | None = None) -> NDArray[np.uint8]:
+def vertex_colours(rig: FaceRig, identity: Mapping[str, float] | None = None) -> NDArray[np.uint8]:
     """(n, 4) sRGB colours of the vertices, for files and pictures without materials."""
-    neutral = rig.neutral(identity)
-    index = materials_at(rig, neutral, neutral, rig.vertex_part)
-    linear = np.array([colour for colour, _ in MATERIALS.values()])
+    return as_bytes(painted(rig).colours(colours_of(identity or {})))
+
+
+def as_bytes(linear: NDArray) -> NDArray[np.uint8]:
+    """Linear RGBA (n, 4) as sRGB in bytes."""
     colours = np.concatenate([srgb(linear[:, :3]), linear[:, 3:]], axis=1)
-    return np.round(255 * colours[index]).astype(np.uint8)
+    return np.round(255 * np.clip(colours, 0, 1)).astype(np.uint8)
+
+
+def linear_light(srgb_: NDArray) -> NDArray:
+    """The inverse of `srgb`."""
+    low = srgb_ / 12.92
+    return np.where(srgb_ <= 0.04045, low, ((np.maximum(srgb_, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def srgb(linear: NDArray) -> NDArray:

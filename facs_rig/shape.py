@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.bones import Skeleton, skeleton_of
+from facs_rig.looks import colours_of
 from facs_rig.paint import vertex_colours
 from facs_rig.parameters import FaceParameters
 from facs_rig.rig import FaceRig
@@ -22,8 +24,9 @@ class Shape:
     polygon_vertices : (c,) int, vertex of each corner      polygon_starts : (p,) first corners
     triangle_corners : (t, 3) int, the same surface in triangles of the polygons' corners
     colours : (n, 4) uint8, sRGB
-    part : (p,) int, index into `part_names` of each polygon
+    part : (p,) int, index into `part_names` of each polygon, and into `roughness`, 0 to 1
     texture : where the corners lie on a texture, if anybody has said so
+    skeleton : bones in this pose, if anybody has said so
     moves : name -> (n, 3) float32, what each morph target adds to `points`
     """
 
@@ -34,7 +37,9 @@ class Shape:
     colours: NDArray[np.uint8]
     part: NDArray[np.integer]
     part_names: tuple[str, ...]
+    roughness: tuple[float, ...]
     texture: TextureMap | None = None
+    skeleton: Skeleton | None = None
     moves: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     @property
@@ -53,6 +58,7 @@ def rig_shape(
     corners = np.asarray(rig.polygon_vertices)
     starts = np.asarray(rig.polygon_starts)
     starts = starts[starts < len(corners)]
+    palette = colours_of(parameters.identity)
     return Shape(
         points=np.asarray(rig.pose(parameters, offsets), dtype=np.float32),
         polygon_vertices=corners,
@@ -61,6 +67,8 @@ def rig_shape(
         colours=vertex_colours(rig, dict(parameters.identity)),
         part=rig.vertex_part[corners[starts]],
         part_names=tuple(rig.part_names),
+        roughness=tuple(palette[name].roughness for name in rig.part_names),
         texture=rig.texture,
+        skeleton=skeleton_of(rig, parameters),
         moves=moves or {},
     )

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from facs_rig import load_rig
+
 
 def points_of(path: Path) -> np.ndarray:
     """(n, 3) vertices of an .obj, .ply or .glb.
 
     Readers cut the surface of an .obj apart where its texture has a seam, so that its lines are
-    read here.
+    read here; a .glb is cut by its materials, too, which is undone if it holds a face of the rig.
     """
     if path.suffix == ".obj":
         lines = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
@@ -19,4 +21,26 @@ def points_of(path: Path) -> np.ndarray:
     import trimesh
 
     mesh = trimesh.load(path, process=False, force="mesh", maintain_order=True)
-    return np.asarray(mesh.vertices)
+    points = np.asarray(mesh.vertices)
+    order = glb_order()
+    if path.suffix != ".glb" or len(points) != len(order):
+        return points
+    return in_rig_order(points)
+
+
+def glb_order() -> np.ndarray:
+    """The rig's vertex at each vertex of a .glb, part by part."""
+    rig = load_rig()
+    owner = rig.vertex_part[rig.texture.vertices]
+    used = np.unique(rig.texture.corners)
+    parts = [used[owner[used] == k] for k in range(len(rig.part_names))]
+    return rig.texture.vertices[np.concatenate(parts)]
+
+
+def in_rig_order(values: np.ndarray) -> np.ndarray:
+    """(n, ...) values of a .glb's vertices, those at seams once; AssertionError if they differ."""
+    order = glb_order()
+    out = np.zeros((load_rig().n_vertices, *values.shape[1:]), values.dtype)
+    out[order] = values
+    np.testing.assert_array_equal(out[order], values)
+    return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -11,23 +12,22 @@ from numpy.typing import NDArray
 from facs_rig.blender.arrays import write_map, write_materials
 from facs_rig.blender.steps import Steps
 from facs_rig.common.derived import derived
-from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at
-from facs_rig.rig import FaceRig, landmark_points
+from facs_rig.looks import PLAIN, colours_of
+from facs_rig.paint import MATERIAL_NAMES, TINTED, materials_at, painted
+from facs_rig.rig import FaceRig
 
 SKIN_MAP = "UVMap"  # UV map to paint on, MakeHuman's own
 EYE_MAP = "Eyes"  # UV map: 1 is the rim of the iris, 0 the middle of the pupil
 SKIN_NODE = "Skin"  # label of the node with the colour that the tints are multiplied with
 TINT = "Tint"  # attribute of the vertices: what the skin's colour is multiplied by
 _EYES = ("eyes", "iris", "pupil")
-_TINTED = ("skin", "lips", "brow_skin")
-# The polygons are too coarse for the rim of the lips, so it is drawn softly: what lies within this
-# distance of a vertex is averaged.
-SOFT = 0.0012  # metres
-# Where blood shows through: between which landmarks, how much, over which distance in metres.
-_BLUSH = ((("cheekbone_left", "nose_wing_left"), 0.13, 0.017),
-          (("cheekbone_right", "nose_wing_right"), 0.13, 0.017),
-          (("nose_tip",), 0.14, 0.008), (("chin",), 0.06, 0.012))  # fmt: skip
-
+# Properties of the face that its materials read, so that faces share these and yet have colours of
+# their own: the colour as against the default person's, less 1, so that nothing changes where a
+# property is missing.
+LOOKS = {"skin": "look_skin", "lips": "look_lips", "brow_skin": "look_brow_skin",
+         "iris": "look_iris", "brows": "look_brows"}  # fmt: skip
+GLOSS = "look_roughness"  # of the skin, less the default person's
+AREAS = "Areas"  # attribute of the vertices: how far they are lip, and skin under a brow
 # What else a principled shader needs to look like its material: input -> value, for each name
 # that Blender's versions have for it.
 _WET = {"Coat Weight": 1.0, "Clearcoat": 1.0, "Coat Roughness": 0.03, "Clearcoat Roughness": 0.03}
@@ -48,12 +48,14 @@ class Paint:
     """What is painted on the default face, and so, on the same vertices, on everybody's.
 
     tints : (n, 3) float32, what the skin's colour is multiplied by at each vertex
+    areas : (n, 3) float32, how far each vertex is lip, and skin under a brow; the third is 0
     eye_map : (c, 2) float32, where each corner of the polygons lies, in radii of its iris
     materials : (p,) int32, index into MATERIAL_NAMES of each polygon
     pupil : its radius, in radii of the iris
     """
 
     tints: NDArray[np.float32]
+    areas: NDArray[np.float32]
     eye_map: NDArray[np.float32]
     materials: NDArray[np.int32]
     pupil: float
@@ -68,8 +70,15 @@ def paint_of(rig: FaceRig) -> Paint:
     centres = np.add.reduceat(neutral[corners], starts, axis=0) / counts
     rims = [rig.stroke_points(neutral, f"{ring}_left") for ring in ("pupil", "iris")]
     pupil, iris = (np.linalg.norm(rim - rim.mean(axis=0), axis=1).mean() for rim in rims)
+    found = painted(rig)
+    skin = found.areas.any(axis=1)
+    tints = np.ones((len(neutral), 3), dtype=np.float32)
+    tints[skin] = found.colours(PLAIN)[skin, :3] / np.array(PLAIN["skin"].colour[:3])
+    areas = np.zeros_like(tints)
+    areas[:, :2] = found.areas[:, 1:]
     return Paint(
-        tints=_tints(rig, neutral),
+        tints=tints,
+        areas=areas,
         eye_map=np.ascontiguousarray(_eye_places(rig, neutral)[corners]),
         materials=materials_at(rig, neutral, centres, rig.vertex_part[corners[starts]]),
         pupil=float(pupil / iris),
@@ -90,45 +99,14 @@ def add_materials(mesh: bpy.types.Mesh, rig: FaceRig, made: list[bpy.types.ID]) 
         yield
     mesh.uv_layers[SKIN_MAP].active_render = True
     mesh.uv_layers.active = mesh.uv_layers[SKIN_MAP]
-    tint = mesh.attributes.new(TINT, "FLOAT_VECTOR", "POINT")
-    tint.data.foreach_set("vector", paint.tints.ravel())
+    for name, values in ((TINT, paint.tints), (AREAS, paint.areas)):
+        mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
+        mesh.attributes[name].data.foreach_set("vector", values.ravel())
     for name in MATERIAL_NAMES:
         mesh.materials.append(_material(name, paint.pupil, made))
         yield
     write_materials(mesh, paint.materials)
     yield
-
-
-def _tints(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n, 3) colour of each vertex as against plain skin: lips, skin under brows, blushes."""
-    tints = np.ones((len(neutral), 3), dtype=np.float32)
-    skin = np.flatnonzero(rig.parts["skin"] & (neutral[:, 2] > 0))
-    plain = np.array(MATERIALS["skin"][0][:3])
-    colours = np.array([MATERIALS[name][0][:3] for name in MATERIAL_NAMES])
-    tinted = np.isin(np.arange(len(MATERIAL_NAMES)), [MATERIAL_NAMES.index(n) for n in _TINTED])
-
-    material = np.full(len(neutral), MATERIAL_NAMES.index("skin"))
-    material[skin] = materials_at(rig, neutral, neutral[skin], rig.vertex_part[skin])
-    tints[tinted[material]] = (colours[material] / plain)[tinted[material]]
-
-    around = material[rig.triangles]
-    mixed = (around != around[:, :1]).any(axis=1)
-    rim = np.intersect1d(rig.triangles[mixed], skin)
-    total, count = np.zeros((len(rim), 3)), np.zeros((len(rim), 1))
-    for turn in np.linspace(0, 2 * np.pi, 8, endpoint=False):
-        for radius in (0.4 * SOFT, SOFT):
-            aside = radius * np.array([np.cos(turn), np.sin(turn), 0.0])
-            index = materials_at(rig, neutral, neutral[rim] + aside, rig.vertex_part[rim])
-            total += colours[index] * tinted[index, None]
-            count += tinted[index, None]
-    tints[rim] = np.where(count > 0, total / np.maximum(count, 1), plain) / plain
-
-    places = landmark_points(rig, neutral)
-    for names, amount, reach in _BLUSH:
-        middle = np.mean([places[name] for name in names], axis=0)
-        far = np.linalg.norm(neutral[skin] - middle, axis=1) / reach
-        tints[skin] *= 1 - amount * np.exp(-0.5 * far**2)[:, None] * (0.1, 0.8, 0.7)
-    return tints
 
 
 def _eye_places(rig: FaceRig, neutral: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -156,7 +134,7 @@ def _material(part: str, pupil: float, made: list[bpy.types.ID]) -> bpy.types.Ma
     found = bpy.data.materials.get(name)
     if found is not None:
         return found
-    colour, roughness = MATERIALS[part]
+    colour, roughness = PLAIN[part].colour, PLAIN[part].roughness
     material = bpy.data.materials.new(name)
     made.append(material)
     material.diffuse_color = colour
@@ -169,25 +147,116 @@ def _material(part: str, pupil: float, made: list[bpy.types.ID]) -> bpy.types.Ma
     for name, value in _FINISH.get(part, {}).items():
         if name in shader.inputs:
             shader.inputs[name].default_value = value
-    if part in _TINTED:
-        _tint_skin(material.node_tree, shader)
+    tree = material.node_tree
+    if part in TINTED:
+        _tint_skin(tree, shader)
+        _add_gloss(tree, shader, roughness)
     if part in _EYES:
-        _draw_eye(material.node_tree, shader, pupil)
+        _draw_eye(tree, shader, pupil)
+    if part == "brows":
+        plain = tree.nodes.new("ShaderNodeRGB")
+        plain.location, plain.outputs[0].default_value = (-600, 300), colour
+        own = _multiplied(tree, plain.outputs[0], _own(tree, LOOKS["brows"], (-600, 80)))
+        tree.links.new(own, shader.inputs["Base Color"])
     return material
 
 
+def write_looks(face: bpy.types.Object, identity: Mapping[str, float]) -> None:
+    """Give a face the colours of a person, in the properties that its materials read."""
+    own = colours_of(identity)
+
+    def against(name: str, base: str | None = None) -> NDArray:
+        """A colour as against the default person's, or as against that of `base`."""
+        now, plain = (np.array(p[name].colour[:3]) for p in (own, PLAIN))
+        if base is not None:
+            now, plain = now / own[base].colour[:3], plain / PLAIN[base].colour[:3]
+        return now / plain - 1
+
+    values: dict[str, object] = {
+        prop: against(name, "skin" if name in ("lips", "brow_skin") else None).tolist()
+        for name, prop in LOOKS.items()
+    }
+    values[GLOSS] = own["skin"].roughness - PLAIN["skin"].roughness
+    for prop, value in values.items():
+        face[prop] = value
+        if face.override_library is None:
+            face.property_overridable_library_set(f'["{prop}"]', True)
+
+
+def own_palette(face: bpy.types.Object) -> dict[str, NDArray[np.float64]]:
+    """Material -> (3,) what its colour is multiplied by on this face, as its shader does it."""
+    own = {
+        name: 1.0 + np.array(face.get(prop) or (0.0,) * 3, float) for name, prop in LOOKS.items()
+    }
+    return own | {name: own[name] * own["skin"] for name in ("lips", "brow_skin")}
+
+
+def _own(
+    tree: bpy.types.NodeTree,
+    prop: str,
+    place: tuple[int, int],
+    area: bpy.types.NodeSocket | None = None,
+) -> bpy.types.NodeSocket:
+    """1 + a property of the object, or 1 + area times that."""
+    node = tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_type, node.attribute_name, node.location = "OBJECT", prop, place
+    out = node.outputs["Vector"]
+    if area is not None:
+        share = tree.nodes.new("ShaderNodeVectorMath")
+        share.operation, share.location = "SCALE", (place[0] + 180, place[1])
+        tree.links.new(out, share.inputs[0])
+        tree.links.new(area, share.inputs["Scale"])
+        out = share.outputs[0]
+    more = tree.nodes.new("ShaderNodeVectorMath")
+    more.operation, more.location = "ADD", (place[0] + 360, place[1])
+    more.inputs[1].default_value = (1.0, 1.0, 1.0)
+    tree.links.new(out, more.inputs[0])
+    return more.outputs[0]
+
+
+def _multiplied(tree: bpy.types.NodeTree, *factors: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    product, *rest = factors
+    for factor in rest:
+        node = tree.nodes.new("ShaderNodeVectorMath")
+        node.operation, node.location = "MULTIPLY", (-150, 200)
+        tree.links.new(product, node.inputs[0])
+        tree.links.new(factor, node.inputs[1])
+        product = node.outputs[0]
+    return product
+
+
 def _tint_skin(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
-    """Colour = skin (a node of its own, to be changed) times the tint of the vertices."""
+    """Colour = skin (a node of its own, to be changed) times the tint of the vertices, and all that
+    as the person has it."""
     plain = tree.nodes.new("ShaderNodeRGB")
-    plain.label, plain.location = SKIN_NODE, (-600, 300)
-    plain.outputs[0].default_value = MATERIALS["skin"][0]
-    tint = tree.nodes.new("ShaderNodeAttribute")
-    tint.attribute_name, tint.location = TINT, (-600, 80)
-    product = tree.nodes.new("ShaderNodeVectorMath")
-    product.operation, product.location = "MULTIPLY", (-300, 200)
-    tree.links.new(plain.outputs[0], product.inputs[0])
-    tree.links.new(tint.outputs["Vector"], product.inputs[1])
-    tree.links.new(product.outputs[0], shader.inputs["Base Color"])
+    plain.label, plain.location = SKIN_NODE, (-900, 300)
+    plain.outputs[0].default_value = PLAIN["skin"].colour
+    tint, areas = (tree.nodes.new("ShaderNodeAttribute") for _ in range(2))
+    tint.attribute_name, tint.location = TINT, (-900, 80)
+    areas.attribute_name, areas.location = AREAS, (-1150, -150)
+    split = tree.nodes.new("ShaderNodeSeparateXYZ")
+    split.location = (-950, -150)
+    tree.links.new(areas.outputs["Vector"], split.inputs[0])
+    colour = _multiplied(
+        tree,
+        plain.outputs[0],
+        tint.outputs["Vector"],
+        _own(tree, LOOKS["skin"], (-900, -320)),
+        _own(tree, LOOKS["lips"], (-900, -490), split.outputs[0]),
+        _own(tree, LOOKS["brow_skin"], (-900, -660), split.outputs[1]),
+    )
+    tree.links.new(colour, shader.inputs["Base Color"])
+
+
+def _add_gloss(tree: bpy.types.NodeTree, shader: bpy.types.Node, roughness: float) -> None:
+    """Roughness = that of the material and how glossy the person's skin is."""
+    own = tree.nodes.new("ShaderNodeAttribute")
+    own.attribute_type, own.attribute_name, own.location = "OBJECT", GLOSS, (-600, -830)
+    added = tree.nodes.new("ShaderNodeMath")
+    added.operation, added.use_clamp, added.location = "ADD", True, (-300, -830)
+    added.inputs[1].default_value = roughness
+    tree.links.new(own.outputs["Fac"], added.inputs[0])
+    tree.links.new(added.outputs[0], shader.inputs["Roughness"])
 
 
 def _draw_eye(tree: bpy.types.NodeTree, shader: bpy.types.Node, pupil: float) -> None:
@@ -207,7 +276,7 @@ def _draw_eye(tree: bpy.types.NodeTree, shader: bpy.types.Node, pupil: float) ->
     def link(source, target) -> None:
         tree.links.new(source, target)
 
-    white, iris, black = (np.array(MATERIALS[name][0][:3]) for name in _EYES)
+    white, iris, black = (np.array(PLAIN[name].colour[:3]) for name in _EYES)
     where = node("ShaderNodeUVMap", uv_map=EYE_MAP).outputs[0]
     far = node("ShaderNodeVectorMath", operation="LENGTH")
     link(where, far.inputs[0])
@@ -244,6 +313,18 @@ def _draw_eye(tree: bpy.types.NodeTree, shader: bpy.types.Node, pupil: float) ->
     strength.inputs[2].default_value = 1.0
     link(fibres.outputs[0], strength.inputs[0])
     scaled = node("ShaderNodeVectorMath", operation="SCALE")
-    link(ramp.outputs[0], scaled.inputs[0])
+    link(_in_iris(tree, ramp.outputs[0], far.outputs["Value"]), scaled.inputs[0])
     link(strength.outputs[0], scaled.inputs["Scale"])
     link(scaled.outputs[0], shader.inputs["Base Color"])
+
+
+def _in_iris(
+    tree: bpy.types.NodeTree, colour: bpy.types.NodeSocket, far: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    """The colour, and where it is that of the iris, within a radius, as the person has it."""
+    inside = tree.nodes.new("ShaderNodeMath")
+    inside.operation, inside.location = "LESS_THAN", (-1400, -500)
+    inside.inputs[1].default_value = 0.96
+    tree.links.new(far, inside.inputs[0])
+    own = _own(tree, LOOKS["iris"], (-1200, -500), inside.outputs[0])
+    return _multiplied(tree, colour, own)

@@ -24,6 +24,7 @@ from facs_rig.blender.armature import (
 )
 from facs_rig.blender.arrays import read_key, write_key
 from facs_rig.blender.keys import GAZE, moved
+from facs_rig.blender.materials import write_looks
 from facs_rig.common.errors import InputError
 from facs_rig.controls import CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
@@ -276,6 +277,7 @@ def write_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, 
     values = check_identity(identity)
     for name, value in rig.scalars(identity).items():
         face[name] = float(value)
+    write_looks(face, values)
     known = {f.name: values[f.name] for f in IDENTITY if values[f.name] != f.default}
     face[WHO_TEXT] = json.dumps(known)
     if face.override_library is None:

@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
 from facs_rig.blender.keys import FITTED, add_key, moved
-from facs_rig.blender.materials import EYE_MAP, SKIN_NODE
-from facs_rig.blender.pose import identity_of, refresh
+from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
+from facs_rig.blender.pose import armature_of, refresh
 from facs_rig.blender.steps import Steps
 from facs_rig.blender.twin import discard, twin_of
+from facs_rig.bones import BONES, PARENTS, Skeleton, bone_weights
 from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
-from facs_rig.paint import MATERIAL_NAMES, MATERIALS, materials_at, srgb
+from facs_rig.looks import PLAIN, Finish
+from facs_rig.paint import MATERIAL_NAMES, as_bytes, painted
 from facs_rig.rig import FaceRig
 from facs_rig.shape import Shape
 from facs_rig.uv import TextureMap, texture_map
@@ -189,8 +191,13 @@ def _shape(face: bpy.types.Object, graph: bpy.types.Depsgraph, rig: FaceRig) -> 
     materials = [slot.material for slot in final.material_slots]
     colours = np.array([_colour(m) for m in materials] or [(0.8, 0.8, 0.8, 1.0)])
     if same and len(materials) == len(MATERIAL_NAMES):
-        neutral = rig.neutral(identity_of(face))
-        vertex = materials_at(rig, neutral, neutral, rig.vertex_part)
+        own = own_palette(face)
+        palette = {
+            name: Finish((*np.clip(colour[:3] * own.get(name, 1.0), 0, 1), colour[3]), 0.0)
+            for name, colour in zip(MATERIAL_NAMES, colours, strict=True)
+        }
+        linear = painted(rig).colours(palette)
+        rough = [_roughness(materials[MATERIAL_NAMES.index(name)], face) for name in rig.part_names]
         part, part_names = rig.vertex_part[corners[starts]], tuple(rig.part_names)
         triangle_corners = rig.triangle_corners
     else:
@@ -200,21 +207,43 @@ def _shape(face: bpy.types.Object, graph: bpy.types.Depsgraph, rig: FaceRig) -> 
         used, part = np.unique(index, return_inverse=True)
         names = [m.name if m is not None else "none" for m in materials] or ["none"]
         part_names = tuple(names[min(k, len(names) - 1)] for k in used)
+        rough = [_roughness(materials[k] if k < len(materials) else None, face) for k in used]
+        linear = colours[vertex]
         mesh.calc_loop_triangles()
         triangle_corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
         mesh.loop_triangles.foreach_get("loops", triangle_corners.reshape(-1))
-    linear = colours[vertex]
-    bytes_ = np.round(255 * np.concatenate([srgb(linear[:, :3]), linear[:, 3:]], axis=1))
     return Shape(
         points=points,
         polygon_vertices=corners,
         polygon_starts=starts,
         triangle_corners=triangle_corners,
-        colours=np.clip(bytes_, 0, 255).astype(np.uint8),
+        colours=as_bytes(linear),
         part=part,
         part_names=part_names,
+        roughness=tuple(rough),
+        skeleton=_skeleton(face, rig) if same else None,
         texture=_texture(mesh, corners, len(points), rig.texture if same else None),
     )
+
+
+def _skeleton(face: bpy.types.Object, rig: FaceRig) -> Skeleton | None:
+    """The bones of the face as they stand in the world, without their scale."""
+    armature = armature_of(face)
+    if armature is None or not set(BONES) <= set(armature.pose.bones.keys()):
+        return None
+    world, size = np.array(armature.matrix_world), metre(bpy.context.scene)
+    axes = from_blender(np.eye(3)).T  # of Blender, in the core's
+    places, turns = [], []
+    for name in BONES:
+        bone = armature.pose.bones[name]
+        now = world @ np.array(bone.matrix)
+        turned = now[:3, :3] @ np.linalg.inv(np.array(bone.bone.matrix_local)[:3, :3])
+        left, _, right = np.linalg.svd(axes @ turned @ axes.T)
+        places.append(from_blender(now[:3, 3] / size))
+        turns.append(left @ right)
+    if min(np.linalg.det(turn) for turn in turns) < 0:  # mirrored: no bone is
+        return None
+    return Skeleton(BONES, PARENTS, np.array(places), np.array(turns), bone_weights(rig))
 
 
 def _texture(
@@ -241,5 +270,17 @@ def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:
     skin = next((n for n in nodes if n.type == "RGB" and n.label == SKIN_NODE), None)
     if skin is None:
         return tuple(material.diffuse_color)
-    change = np.array(skin.outputs[0].default_value[:3]) / MATERIALS["skin"][0][:3]
+    change = np.array(skin.outputs[0].default_value[:3]) / PLAIN["skin"].colour[:3]
     return (*(change * material.diffuse_color[:3]).tolist(), material.diffuse_color[3])
+
+
+def _roughness(material: bpy.types.Material | None, face: bpy.types.Object) -> float:
+    """How rough a material is on this face."""
+    if material is None or material.node_tree is None:
+        return 0.5
+    shader = next((n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED"), None)
+    if shader is None:
+        return float(material.roughness)
+    socket = shader.inputs["Roughness"]
+    own = float(face.get(GLOSS) or 0.0) if socket.is_linked else 0.0
+    return min(max(float(socket.default_value) + own, 0.0), 1.0)

@@ -419,7 +419,7 @@ def test_what_faces_share_is_computed_once_in_any_thread(rig, monkeypatch):
     with ThreadPoolExecutor(1) as pool:
         pool.submit(prepare, rig, identity_keys=True, arkit=True).result()
     paint = paint_of(rig)
-    monkeypatch.setattr(blender_materials, "_tints", None)
+    monkeypatch.setattr(blender_materials, "_eye_places", None)
     face = build_face("Face", rig, FaceParameters(identity={"gender": 1.0}))
     tint = np.empty(3 * rig.n_vertices, dtype=np.float32)
     face.data.attributes["Tint"].data.foreach_get("vector", tint)
@@ -478,9 +478,36 @@ def test_renders_draw_round_irises_and_soft_lips(rig):
     assert ((green > 0.62) & (green < 0.9)).sum() > 50  # between lips and skin
 
 
-def test_faces_render(rig, tmp_path):
+def test_faces_share_materials_and_have_colours_of_their_own(rig):
+    from facs_rig.blender.materials import LOOKS, own_palette
+    from facs_rig.looks import PLAIN, colours_of
+
+    who = {"skin_tone": 0.8, "iris_colour": 0.1, "brow_colour": 0.1, "lip_colour": 0.7}
+    plain, dark = (
+        build_face(name, rig, FaceParameters(identity=i)) for name, i in (("A", {}), ("B", who))
+    )
+    assert list(plain.data.materials) == list(dark.data.materials)
+    palette = colours_of(who)
+    for name in LOOKS:
+        assert np.allclose(own_palette(plain)[name], 1)
+        shown = own_palette(dark)[name] * PLAIN[name].colour[:3]
+        assert np.allclose(shown, palette[name].colour[:3], atol=1e-6)
+    read = {
+        node.attribute_name
+        for material in dark.data.materials
+        for node in material.node_tree.nodes
+        if node.type == "ATTRIBUTE" and node.attribute_type == "OBJECT"
+    }
+    assert read == {*LOOKS.values(), "look_roughness"}
+    assert all(name in dark for name in read)
+    set_identity(build_face("C", rig, FaceParameters(), identity_keys=True), rig, who)
+    assert list(bpy.data.objects["C"]["look_skin"]) == pytest.approx(list(dark["look_skin"]))
+
+
+def picture_of(who, rig, path) -> np.ndarray:
+    """(64, 64, 4) linear-ish pixels of a small Cycles render of a person."""
     scene = bpy.context.scene
-    build_face("Face", rig, FaceParameters({"smile": 4.0, "jaw_open": 3.0}))
+    build_face("Face", rig, FaceParameters({"smile": 4.0, "jaw_open": 3.0}, who))
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 0.3
     camera.location, camera.rotation_euler = (0, -1, 0), (np.pi / 2, 0, 0)
@@ -493,10 +520,14 @@ def test_faces_render(rig, tmp_path):
     scene.render.resolution_x = scene.render.resolution_y = 64
     scene.render.film_transparent = True
     scene.view_settings.view_transform = "Standard"
-    scene.render.filepath = str(tmp_path / "face.png")
+    scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     image = bpy.data.images.load(scene.render.filepath)
-    pixels = np.array(image.pixels).reshape(64, 64, 4)
+    return np.array(image.pixels).reshape(64, 64, 4)
+
+
+def test_faces_render(rig, tmp_path):
+    pixels = picture_of({}, rig, tmp_path / "face.png")
     covered = pixels[..., 3] > 0.9
     assert 0.25 < covered.mean() < 0.8
     red, green, blue = pixels[covered][:, :3].mean(axis=0)
@@ -519,3 +550,9 @@ def test_a_face_with_its_own_ways_is_the_rigs(evaluated, monkeypatch):
         set_identity(live, rig, wanted.identity)
         for face in (baked, live):
             assert np.abs(evaluated(face) - rig.pose(wanted)).max() < TOLERANCE
+
+
+def test_dark_skin_renders_dark(rig, tmp_path):
+    pixels = picture_of({"skin_tone": 0.85}, rig, tmp_path / "face.png")
+    red, green, blue = pixels[pixels[..., 3] > 0.9][:, :3].mean(axis=0)
+    assert 0.03 < blue < green < red < 0.45

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 bpy = pytest.importorskip("bpy")
 
@@ -236,7 +237,9 @@ def test_a_finer_surface_keeps_its_morph_targets_or_goes_without(face, evaluated
     assert export(path) == {"FINISHED"}
     seen = evaluated(face)
     assert len(seen) > 3 * rig.n_vertices
-    assert np.abs(written(path) - seen).max() < CLOSE
+    file = written(path)  # cut by its materials, so that the order is another
+    for some, others in ((seen, file), (file, seen)):
+        assert cKDTree(others).query(some)[0].max() < CLOSE
     shape = blender_shape.shown(face, rig)
     assert len(shape.points) == len(seen)
     fine = len(seen) <= blender_shape.MOST

@@ -281,6 +281,13 @@ FEATURES = {
         for group, gruppe in OWN_WAYS.items()
         for way, weise in WAYS.items()
     },
+    "Skin tone (light to dark)": "Hautton (hell bis dunkel)",
+    "Skin redness (sallow to ruddy)": "Hautröte (fahl bis gerötet)",
+    "Skin gloss (dull to oily)": "Hautglanz (matt bis fettig)",
+    "Lip colour (pale to red)": "Lippenfarbe (blass bis rot)",
+    "Iris (brown, hazel, green, blue, grey)": "Iris (braun, haselnuss, grün, blau, grau)",
+    "Brow colour (blond to black)": "Brauenfarbe (blond bis schwarz)",
+    "Grey in the brows": "Grau in den Brauen",
 }
 
 GROUPS = {
@@ -296,6 +303,7 @@ GROUPS = {
     "Ears": "Ohren",
     "Neck": "Hals",
     "Own Ways": "Eigenarten",
+    "Colors": "Farben",
 }
 
 # --- points of the face ------------------------------------------------------------------------

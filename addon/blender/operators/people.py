@@ -19,8 +19,11 @@ NAME = "FACS Face"
 
 def _any_person(seed: int) -> dict[str, float]:
     from dataset_gen.sampling import sample_identity
+    from facs_rig.looks import drawn_looks
 
-    return sample_identity(np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    who = sample_identity(rng)
+    return {**who, **drawn_looks(rng, who)}
 
 
 class MESH_OT_add_facs_face(bpy.types.Operator):
