@@ -169,6 +169,7 @@ def fit(options: argparse.Namespace) -> int:
         Box.parse(options.align, "The head's box")
 
     from addon import pipeline
+    from addon.drawing import PAINTED
     from classifiers import load_detector
 
     wanted = pipeline.FitOptions(
@@ -198,6 +199,8 @@ def fit(options: argparse.Namespace) -> int:
         _tell_fit(report, [face, options.report, options.preview])
         if fitted.detection.turn:
             say(fitted.detection.how_it_lay(), 0)
+        if fitted.drawing.painted:
+            say(PAINTED, 0)
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
     return 0

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         for path in options.sketch:
             distinct([path, options.explain])
 
-    from addon.drawing import load_drawing
+    from addon.drawing import PAINTED, load_drawing
     from classifiers import load_detector
     from facs_rig.common.errors import InputError
 
@@ -54,6 +54,8 @@ def run(options: argparse.Namespace) -> int:
             status = say(detection.no_face(f"'{path}'"), 2)
         elif detection.turn:
             say(f"{detection.how_it_lay()} ('{path}')", 0)
+        if drawing.painted:
+            say(f"{PAINTED} ('{path}')", 0)
         if options.json:
             told = json.dumps(_detection_json(path, upright, detection, detector.model))
         else:

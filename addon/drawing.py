@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
-from scipy import ndimage
 
 from addon.accepted import FORMATS
-from addon.ruled import without_rules
+from addon.tones import FAINTEST_CONTRAST, as_drawing
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import reason_of
 
@@ -31,16 +30,7 @@ LONGEST_SIDE = 2048  # px: more detail than any line has, and small enough to be
 SHORTEST_SIDE = 32  # px: a face of fewer pixels has no features left
 MOST_PIXELS = 150_000_000  # a whole decoded picture has to fit into memory
 
-_PAPER_BLOCKS = 192  # the paper's tone is estimated on a grid of about so many blocks a side
-_SOLID_INK = 0.35  # of the way from ink to paper: a broad area below is ink, above it is shadow
-_BLACK, _MUCH_BLACK = 0.15, 0.25  # tone relative to the paper; share of the page
-_FAINTEST_CONTRAST = 0.04  # of the full range, between paper and ink
-_FAINTEST_INK = 0.12  # darkness relative to the paper that can be a stroke
-_LEAST_INK = 2e-4  # share of the picture: less than that is dust
-# What photographs have much of and line drawings little; shares of the limits add up. Shaded pencil
-# under uneven light reaches 0.6 of what is allowed, portraits from 0.9, most photographs 1.5 to 3.
-_MOST_GRAIN = 0.16  # spread of the commonest tones, relative to the paper
-_MOST_MIDTONES = 0.24  # share of the picture in broad areas neither paper nor ink
+PAINTED = "It is rather a painting or a photograph: a line drawing is read better"
 
 
 @dataclass(frozen=True)
@@ -53,6 +43,8 @@ class Drawing:
     source : the file that it came from, or None.
     inverted : whether light ink on a dark ground was turned over.
     turn : quarter turns anticlockwise, 0..3, that made `image` of the picture as it was handed in.
+    painted : whether it is rather a painting or a photograph, of which `image` is the lines;
+        PAINTED is what to say of that.
     """
 
     image: Floats
@@ -60,14 +52,16 @@ class Drawing:
     source: Path | None = None
     inverted: bool = False
     turn: int = 0
+    painted: bool = False
 
     @classmethod
     def of(cls, array: NDArray[Any], name: str = "The sketch") -> Drawing:
         """The drawing of a picture in memory, normalised as `normalise` does it and reduced to
         `LONGEST_SIDE` where it is larger."""
         values = _checked(array, name)
-        image, inverted = _normalise(_reduced(values, name), name)
-        return cls(image=image, size=(values.shape[1], values.shape[0]), inverted=inverted)
+        image, inverted, painted = as_drawing(_reduced(values, name), name)
+        size = values.shape[1], values.shape[0]
+        return cls(image=image, size=size, inverted=inverted, painted=painted)
 
     def turned(self, turn: int) -> Drawing:
         """The same drawing, turned by so many quarter turns anticlockwise."""
@@ -115,8 +109,7 @@ def load_drawing(path: str | Path) -> Drawing:
     Turned as the camera's orientation tag says, flattened on white (or on black, for light ink)
     where it is transparent, reduced to `LONGEST_SIDE` and normalised as `normalise` does it.
 
-    Raises InputError for whatever is missing, unreadable, too small, too large, blank or not a
-    line drawing.
+    Raises InputError for whatever is missing, unreadable, too small, too large or blank.
     """
     path = Path(path)
     picture = _open(path)
@@ -124,8 +117,8 @@ def load_drawing(path: str | Path) -> Drawing:
     size = picture.size
     if min(size) < SHORTEST_SIDE:
         raise InputError(_too_small(name, size))
-    image, inverted = _normalise(_reduced(_values(picture), name), name)
-    return Drawing(image=image, size=size, source=path, inverted=inverted)
+    image, inverted, painted = as_drawing(_reduced(_values(picture), name), name)
+    return Drawing(image=image, size=size, source=path, inverted=inverted, painted=painted)
 
 
 def normalise(array: NDArray[Any], name: str = "The sketch") -> Floats:
@@ -136,12 +129,13 @@ def normalise(array: NDArray[Any], name: str = "The sketch") -> Floats:
     name : what the message calls it.
 
     The paper's tone is estimated and divided out, the ink is stretched so that the darker half of
-    it is 0, and light ink on a dark ground is turned over. Normalising twice changes nothing, and
-    a drawing and its negative give the same.
+    it is 0, and light ink on a dark ground is turned over. Of a picture that is shaded more than
+    drawn its lines are taken. Normalising twice changes nothing, and a line drawing and its
+    negative give the same.
 
-    Raises InputError for a picture that is too small, blank, or not a line drawing.
+    Raises InputError for a picture that is too small or blank.
     """
-    return _normalise(_checked(array, name), name)[0]
+    return as_drawing(_checked(array, name), name)[0]
 
 
 def _checked(array: NDArray[Any], name: str) -> Floats:
@@ -254,7 +248,7 @@ def _unit(array: NDArray[Any]) -> Floats:
         return grey
     alpha = values[..., 3]
     on_white = grey * alpha + (1 - alpha)
-    if np.ptp(on_white) >= _FAINTEST_CONTRAST:
+    if np.ptp(on_white) >= FAINTEST_CONTRAST:
         return on_white
     return grey * alpha  # white ink, drawn to stand on a dark page
 
@@ -274,161 +268,3 @@ def _reduced(values: Floats, name: str) -> Floats:
 def _resize(values: Floats, size: tuple[int, int]) -> Floats:
     picture = Image.fromarray(np.ascontiguousarray(values, np.float32))
     return np.asarray(picture.resize(size, Image.Resampling.BOX, reducing_gap=3.0))
-
-
-# --- normalising ---------------------------------------------------------------------------------
-
-
-def _normalise(values: Floats, name: str) -> tuple[Floats, bool]:
-    """The drawing, and whether it had to be turned over."""
-    if not np.isfinite(values).all():
-        raise InputError(f"{name} holds values that are not numbers; save it again.")
-    dark, light = _extremes(values)
-    if light - dark < _FAINTEST_CONTRAST:
-        raise InputError(f"{name} is blank; draw a face on it, or choose another file.")
-    inverted = _is_light_on_dark(np.clip((values - dark) / (light - dark), 0, 1))
-    if inverted:
-        values, dark, light = 1 - values, 1 - light, 1 - dark
-    values = np.clip(values / light, 0, 1)
-
-    paper = _paper(values, dark / light)
-    if _tonality(1 - values / paper) > 1:
-        raise InputError(
-            f"{name} looks like a photograph or a painting, not a line drawing; "
-            "trace the lines of the face on a blank layer and use that."
-        )
-    # Most of what is not solid black is paper, so that its median is the paper's own tone.
-    there = _not_solid(values / paper)
-    paper *= min(1.0, float(np.median((values / paper)[there])))
-    noise = 1.4826 * float(np.median(np.abs(values - paper)[there]))  # robust standard deviation
-    darkness = np.maximum(1 - values / paper, 0)
-    grain = noise / paper  # the same noise is stronger against dimly lit paper
-    ink = darkness > np.maximum(_FAINTEST_INK, 4 * grain)
-    ruled, darkness = darkness, without_rules(darkness, ink)
-    if darkness is not ruled:
-        ink &= darkness > 0
-    share = float(ink.mean())
-    if share < _LEAST_INK:
-        raise InputError(f"{name} is blank; draw a face on it, or choose another file.")
-    # The darker half of the ink becomes full ink, the grain becomes paper. Both are fixed points
-    # of a second pass: the grain is 0 then, and at least half of the ink is at 1.
-    full = float(np.quantile(darkness[ink], 0.5, method="lower"))
-    floor = np.minimum(3 * grain, full / 2)
-    drawing = 1 - np.clip((darkness - floor) / (full - floor), 0, 1)
-    return drawing.astype(np.float32), inverted
-
-
-def _extremes(values: Floats) -> tuple[float, float]:
-    """Darkest and lightest tone that more than a few pixels have."""
-    few = max(4, int(1e-4 * values.size))
-    flat = np.partition(values.ravel(), [few, values.size - 1 - few])
-    return float(flat[few]), float(flat[-1 - few])
-
-
-def _is_light_on_dark(values: Floats) -> bool:
-    """Paper is what most of the picture and most of its margin are.
-
-    values : (h, w) 0..1. Where those two disagree or are undecided, the thin strokes decide: they
-    stand out of their surroundings on the ink's side. Odd under `1 - values`.
-    """
-    margin = max(1, min(values.shape) // 32)
-    edge = np.concatenate(
-        [
-            values[:margin].ravel(),
-            values[-margin:].ravel(),
-            values[:, :margin].ravel(),
-            values[:, -margin:].ravel(),
-        ]
-    )
-    lightness = float(np.median(values)) + float(np.median(edge)) - 1
-    # Of strokes there is little. Where both tones are broad, as with much black hair, none is paper
-    # because there is more of it.
-    black = float((values < 0.5).mean())
-    if abs(lightness) > 0.2 and not _MUCH_BLACK < black < 1 - _MUCH_BLACK:
-        return lightness < 0
-    detail = values - ndimage.gaussian_filter(values, min(values.shape) / 40)
-    skewness = float((detail**3).mean()) / max(float(detail.std()) ** 3, 1e-12)
-    return skewness > 0.5
-
-
-def _paper(values: Floats, black: float) -> Floats:
-    """The paper's tone under each pixel: light that falls unevenly, toned paper.
-
-    values : (h, w) 0..1, dark ink;  black : the darkest tone, of the ink. Returns (h, w) in 0.2..1.
-
-    The light tones of small blocks are fitted with a cubic surface by asymmetric least squares
-    (errors below it hardly count: that is ink), after which blocks that are paper by that fit are
-    averaged locally. Large solid blacks stay black, as they lie far below the surface; a
-    morphological closing would take them for shadow.
-    """
-    tones = _block_tones(values)
-    if (tones[tones > 0.5] > 0.98).mean(dtype=float) > 0.98:
-        return np.ones_like(values)  # a clean scan or a digital drawing: nothing to flatten
-    surface = _upper_surface(tones)
-    # Between dense strokes: the lightest tone within reach, then back to where it was.
-    reach = 2 * (max(tones.shape) // 24) + 1
-    tones = ndimage.grey_closing(tones, (reach, reach), mode="nearest")
-    solid = black + _SOLID_INK * (1 - black)  # pale ink is solid at a paler tone
-    weight = (tones > solid * surface).astype(np.float32)
-    spread = max(tones.shape) / 64
-    near = ndimage.gaussian_filter(weight, spread, mode="nearest")
-    local = ndimage.gaussian_filter(weight * tones, spread, mode="nearest")
-    # The surface joins in as a little evidence everywhere, and is all there is under solid blacks.
-    paper = (local + 0.01 * surface) / (near + 0.01)
-    height, width = values.shape
-    picture = Image.fromarray(paper.astype(np.float32))
-    paper = np.asarray(picture.resize((width, height), Image.Resampling.BICUBIC))
-    return np.clip(paper, 0.05, 1)
-
-
-def _block_tones(values: Floats) -> Floats:
-    """Upper-quartile tone of square blocks: the paper between the strokes."""
-    height, width = values.shape
-    side = max(2, -(-max(height, width) // _PAPER_BLOCKS))
-    padded = np.pad(values, ((0, -height % side), (0, -width % side)), mode="edge")
-    rows, columns = padded.shape[0] // side, padded.shape[1] // side
-    blocks = padded.reshape(rows, side, columns, side).transpose(0, 2, 1, 3)
-    blocks = blocks.reshape(rows, columns, side * side)
-    rank = (3 * side * side) // 4
-    return np.partition(blocks, rank, axis=2)[..., rank]
-
-
-def _upper_surface(tones: Floats) -> Floats:
-    """Cubic surface along the upper side of `tones`, (rows, columns).
-
-    Asymmetric least squares: P. Eilers and H. Boelens, Baseline Correction with Asymmetric Least
-    Squares Smoothing, 2005; here with polynomials in place of the smoothness penalty.
-    """
-    rows, columns = tones.shape
-    v, u = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
-    terms = np.stack([u**i * v**j for i in range(4) for j in range(4 - i)], axis=-1).reshape(-1, 10)
-    target = tones.ravel().astype(np.float64)
-    weight: NDArray[Any] = np.ones_like(target)
-    ridge = 1e-3 * len(target) * np.diag([0.0] + [1.0] * 9)  # rather flat than wild
-    fitted: NDArray[Any] = target
-    for _ in range(12):
-        weighted = terms * weight[:, None]
-        fitted = terms @ np.linalg.solve(terms.T @ weighted + ridge, weighted.T @ target)
-        weight = np.where(target > fitted, 0.97, 0.03)
-    surface = np.clip(fitted, 0.2 * tones.max(), tones.max())
-    return surface.reshape(tones.shape).astype(np.float32)
-
-
-def _not_solid(lightness: Floats) -> NDArray[np.bool_]:
-    """(h, w) what is not black, of a page of which much is; all of any other page."""
-    solid = lightness < _BLACK
-    return ~solid if solid.mean() > _MUCH_BLACK else np.ones_like(solid)
-
-
-def _tonality(darkness: Floats) -> float:
-    """How far the tones spread beyond ink and paper; a line drawing stays under 1.
-
-    Counts the spread of the commonest tones (nearly none on paper) and the share of the picture
-    in mid-toned areas wider than any stroke's soft edge.
-    """
-    tones = darkness[_not_solid(1 - darkness)]
-    spread = 1.4826 * float(np.median(np.abs(tones - np.median(tones))))
-    middle = np.logical_and(darkness > 0.15, darkness < 0.85)
-    radius = max(1, round(max(darkness.shape) / 256))
-    broad = float(ndimage.minimum_filter(middle, 2 * radius + 1).mean())
-    return spread / _MOST_GRAIN + broad / _MOST_MIDTONES

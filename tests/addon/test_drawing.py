@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 from scipy import ndimage
 
 from addon import drawing
-from addon.drawing import load_drawing, normalise
+from addon.drawing import Drawing, load_drawing, normalise
 from facs_rig.common.errors import InputError
 
 
@@ -118,10 +118,29 @@ def test_a_strip(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["astronaut", "camera", "chelsea", "coffee"])
-def test_a_photograph_is_not_a_line_drawing(tmp_path, name):
+def test_a_photograph_is_read_by_its_lines_and_called_one(tmp_path, name):
     data = pytest.importorskip("skimage.data")
-    path = save(tmp_path / "photo.png", getattr(data, name)())
-    assert "looks like a photograph" in refusal(path)
+    found = load_drawing(save(tmp_path / "photo.png", getattr(data, name)()))
+    assert found.painted
+    assert 0.3 < (found.image > 0.9).mean() < 0.95  # lines on paper, no grey field
+    assert not Drawing.of(CLEAN).painted
+
+
+def shaded(clean: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Pencil over half of the page, darker toward one corner, and smudged over the lines."""
+    height, width = clean.shape
+    v, u = np.mgrid[:height, :width] / height
+    tone = 0.25 + 0.55 * np.clip(1.2 * u - 0.3 * v, 0, 1) + rng.normal(0, 0.02, clean.shape)
+    tone = np.where(u + v < 0.4, 0.0, ndimage.gaussian_filter(tone, 1.5))
+    return np.clip(clean * (1 - tone), 0, 255).astype(np.uint8)
+
+
+def test_lines_are_found_under_shading(rng):
+    picture = np.minimum(shaded(np.full_like(CLEAN, 255), rng), 255)
+    picture = (picture * np.where(INK, 0.45, 1.0)).astype(np.uint8)
+    found = Drawing.of(picture).image < 0.5
+    near = ndimage.binary_dilation(INK, iterations=2)
+    assert found[INK].mean() > 0.85 and near[found].mean() > 0.85
 
 
 def test_a_decompression_bomb_is_refused_before_it_is_decoded(tmp_path, monkeypatch):

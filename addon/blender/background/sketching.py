@@ -215,5 +215,9 @@ def sentence(face: bpy.types.Object, fit) -> tuple[str, str]:
         said += ". " + translation.text("The sketch is upside down: it was turned to be read")
     elif fit.drawing.turn:
         said += ". " + translation.text("The sketch lies on its side: it was turned to be read")
+    if fit.drawing.painted:
+        said += ". " + translation.text(
+            "It is rather a painting or a photograph: a line drawing is read better"
+        )
     others = fit.detection.left_out()
     return ("WARNING", f"{said}. {others}") if others else ("INFO", said)

@@ -916,6 +916,9 @@ SENTENCES = {
     "reading the sketch": "lese die Skizze",
     "reading the sketch of {name}": "lese die Skizze von {name}",
     "measuring {name}": "vermesse {name}",
+    "It is rather a painting or a photograph: a line drawing is read better": (
+        "Die Skizze ist eher ein Gemälde oder ein Foto: Strichzeichnungen werden besser gelesen"
+    ),
     "The sketch lies on its side: it was turned to be read": (
         "Die Skizze liegt auf der Seite: sie wurde zum Lesen gedreht"
     ),
