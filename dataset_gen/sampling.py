@@ -14,12 +14,12 @@ import numpy as np
 from facs_rig import (
     CONTROL_NAMES,
     FULL_INTENSITY,
-    IDENTITY,
     TWELVE,
     Camera,
     FaceParameters,
     FaceRig,
 )  # fmt: skip
+from facs_rig.identity import FEATURES
 
 from .linework.lines import DETAILS, KINDS, WAYS
 from .linework.style import Style
@@ -122,8 +122,8 @@ def sample_identity(rng: np.random.Generator) -> dict[str, float]:
         "caucasian": shares[2],
         "wrinkles": np.clip(rng.normal(0, 0.25), -1, 1),
     }
-    for feature in IDENTITY:
-        if feature.low and rng.random() < 0.6:
+    for feature in FEATURES:
+        if rng.random() < 0.6:
             values[feature.name] = np.clip(rng.normal(0, 0.35), feature.minimum, feature.maximum)
     return {name: round(float(value), 4) for name, value in values.items()}
 

@@ -40,7 +40,8 @@ DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 FOLDERS = {"": "Who", "head": "Head", "forehead": "Forehead", "eyes": "Eyes", "eyebrows": "Brows",
            "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks", "chin": "Chin and jaw",
-           "ears": "Ears", "neck": "Neck", "actions": "Own ways", "colours": "Colours"}  # fmt: skip
+           "ears": "Ears", "neck": "Neck", "asym": "Left and right", "actions": "Own ways",
+           "colours": "Colours"}  # fmt: skip
 
 
 def controls() -> str:

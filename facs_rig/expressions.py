@@ -2,7 +2,7 @@
 
 An expression file is JSON, so that it can be read, versioned and sent by mail:
 
-    {"format": "sketch-to-face expression", "version": 1,
+    {"format": "sketch-to-face expression", "version": 2,
      "aus": {"smile": 4.5, "squint": 2}, "head": {"yaw": 10, "pitch": 0, "roll": 0},
      "neck": {...}, "gaze": {"yaw": 0, "pitch": -5}}
 
@@ -16,6 +16,7 @@ import json
 import math
 import stat
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +25,11 @@ import numpy as np
 from .common.errors import InputError
 from .common.files import reason_of, write_text
 from .controls import CONTROL_NAMES, FULL_INTENSITY
-from .identity import check_identity
+from .identity import EARLIER, check_identity
 from .parameters import ANGLES, FaceParameters, intensities, nearest
 
 FORMAT = "sketch-to-face expression"
-VERSION = 1
+VERSION = 2  # faces of version 1 had nothing of identity.EARLIER
 SUFFIX = ".json"
 LARGEST = 1_000_000  # bytes; an expression with everything in it has some 5,000
 DIGITS = 6  # decimals in files: 1e-6 degrees move no vertex by more than some nanometres
@@ -79,7 +80,10 @@ def loads(text: str) -> FaceParameters:
             f"this expression was saved by a newer Sketch to Face (format {version}, this one "
             f"knows {VERSION}); update the add-on"
         )
-    return _checked(content)
+    parameters = _checked(content)
+    if version < VERSION and parameters.identity:
+        parameters = replace(parameters, identity={**EARLIER, **parameters.identity})
+    return parameters
 
 
 def write(path: str | Path, parameters: FaceParameters) -> None:

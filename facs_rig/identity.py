@@ -1,10 +1,13 @@
 """The table of identity parameters: who the face is, as against what it does.
 
-`gender` runs from 0 (female) to 1 (male), `age` from 0 (young adult) to 1 (old), `weight` from
--1 to 1, and the three ethnicities are shares that are normalised to one. `wrinkles` makes the
-creases of the expression deeper or, at -1, takes them away; age deepens them too. All features run
-from -1 to 1 with 0 for the plain face; they are MakeHuman's modelling targets, mirrored pairs as
-one.
+`gender` runs from 0 (female) to 1 (male), `age` from -1 (a child of six) over 0 (25 years) to 1
+(90 years; see `macros.years`), `weight` and `muscle` from -1 to 1, and the three ethnicities are
+shares that are normalised to one. `age_shows` is how much of its years an old face shows: sagging
+lids, jowls, thin lips, long ears; `sex_shows` and `weight_shows` are the same of sex and weight.
+All three are 1 by default, and 0 in faces of the first version (see `EARLIER`). `wrinkles` makes
+the creases of the expression deeper or, at -1, takes them away; age deepens them too. All features
+run from -1 to 1 with 0 for the plain face; they are MakeHuman's modelling targets, mirrored pairs
+as one.
 """
 
 from __future__ import annotations
@@ -18,9 +21,9 @@ from numpy.typing import NDArray
 from . import actions
 from .common.errors import InputError
 from .looks import ROWS
+from .macros import BROW_DETAILS, macro_targets, macro_weights
+from .macros import ETHNICITIES as ETHNICITIES
 from .parameters import nearest
-
-ETHNICITIES = ("african", "asian", "caucasian")
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ _REACH = {
     "head_round": (0.7, 0.7), "forehead_height": (0.7, 0.45), "forehead_slope": (0.8, 0.6),
     "temple": (0.5, 0.8), "brow_depth": (0.8, 0.4), "brow_angle": (0.6, 0.8),
     "nose_depth": (0.45, 0.8), "nose_tip": (0.5, 0.8), "mouth_height": (0.8, 0.8),
+    "asym_eyes": (0.6, 0.6), "asym_jaw": (0.8, 0.8),
     "cheekbones": (0.8, 0.7), "cheek_volume": (0.8, 0.7), "chin_height": (0.8, 0.6),
 }  # fmt: skip
 
@@ -71,8 +75,12 @@ def _feature(name: str, label: str, folder: str, stem: str, low: str, high: str)
 
 PEOPLE: tuple[Feature, ...] = (
     Feature("gender", "Gender (female to male)", 0.0, 1.0, 0.5),
-    Feature("age", "Age (young adult to old)", 0.0, 1.0, 0.0),
+    Feature("age", "Age (six to ninety)", -1.0, 1.0, 0.0),
     Feature("weight", "Weight", -1.0, 1.0, 0.0),
+    Feature("muscle", "Muscle", -1.0, 1.0, 0.0),
+    Feature("age_shows", "How much age shows", 0.0, 1.0, 1.0),
+    Feature("sex_shows", "How much sex shows", 0.0, 1.0, 1.0),
+    Feature("weight_shows", "How much weight shows", 0.0, 1.0, 1.0),
     Feature("african", "African share", 0.0, 1.0, 1 / 3),
     Feature("asian", "Asian share", 0.0, 1.0, 1 / 3),
     Feature("caucasian", "Caucasian share", 0.0, 1.0, 1 / 3),
@@ -141,44 +149,53 @@ ACTIONS = tuple(
 
 LOOKS = tuple(Feature(*row, group="colours") for row in ROWS)  # colours, which move nothing
 
-IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ACTIONS, *LOOKS)
+# What makes the left unlike the right: to the face's own left, or higher there, is above 0.
+ASYMMETRY: tuple[Feature, ...] = (
+    _feature("asym_brows", "Higher brow (right or left)", "asym", "asym-brown-1", "l", "r"),
+    _feature("asym_eyes", "Higher eye (right or left)", "asym", "asym-eye-2", "l", "r"),
+    _feature("asym_cheeks", "Higher cheek (right or left)", "asym", "asym-cheek-2", "r", "l"),
+    _feature("asym_nose", "Nose aside (right or left)", "asym", "asym-nose-1", "r", "l"),
+    _feature("asym_nostrils", "Higher nostril (right or left)", "asym", "asym-nose-2", "r", "l"),
+    _feature("asym_mouth", "Higher corner of the mouth (right or left)", "asym", "asym-mouth-1",
+             "l", "r"),
+    _feature("asym_lips", "Mouth aside (right or left)", "asym", "asym-mouth-2", "r", "l"),
+    _feature("asym_jaw", "Jaw aside (right or left)", "asym", "asym-jaw-3", "r", "l"),
+    _feature("asym_ears", "Higher ear (right or left)", "asym", "asym-ear-1", "r", "l"),
+)  # fmt: skip
+
+# Shapes of the brows as hairs, over those that age and sex give them (see `macros.brow_weights`).
+BROWS: tuple[Feature, ...] = (
+    Feature("brow_thickness", "Thickness of brows", -1.0, 1.0, 0.0, group="eyebrows"),
+    Feature("brow_density", "Density of brows", -1.0, 1.0, 0.0, group="eyebrows"),
+    Feature("brow_bushiness", "Bushy brows", 0.0, 1.0, 0.0, group="eyebrows"),
+    Feature("brow_arch", "Brows (straight to arched)", -1.0, 1.0, 0.0, group="eyebrows"),
+    Feature("brow_length", "Length of brows", -1.0, 1.0, 0.0, group="eyebrows"),
+)
+
+IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ASYMMETRY, *BROWS, *ACTIONS, *LOOKS)
 BY_NAME = {f.name: f for f in IDENTITY}
+# What faces of version 1 mean where they say nothing: they showed none of this.
+EARLIER = {"age_shows": 0.0, "sex_shows": 0.0, "weight_shows": 0.0}
 
 # What moves the fine skin itself: name -> its weight for a person, given all parameters.
-DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {}
+DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {**BROW_DETAILS}
 
 STYLED = tuple(f for f in FEATURES if f.style)
-
-
-def macro_targets() -> tuple[str, ...]:
-    """Names of the targets that gender, age, ethnicity and weight blend between them."""
-    names = [
-        f"macrodetails/{e}-{g}-{a}"
-        for e in ETHNICITIES
-        for g in ("female", "male")
-        for a in ("young", "old")
-    ]
-    names += [
-        f"macrodetails/universal-{g}-{a}-averagemuscle-{w}weight"
-        for g in ("female", "male")
-        for a in ("young", "old")
-        for w in ("min", "average", "max")
-    ]
-    return tuple(names)
 
 
 def _ends(features: tuple[Feature, ...], kind: str = "") -> tuple[str, ...]:
     return tuple(f"{f.name} {kind}{end}" for f in features for end in ("low", "high"))
 
 
-# A name for each weight of `target_weights`, for Blender's shape keys: macro targets, the features'
-# two ends, what of them is stylised; these move the cage; and details of the fine skin.
+# A name for each weight of `target_weights`, for Blender's shape keys: macro targets, the two
+# ends of asymmetries and features, what is stylised of these; that moves the cage; and details of
+# the fine skin.
 _MACRO = tuple(name.split("/")[-1] for name in macro_targets())
-CAGE_KEYS = (*_MACRO, *_ends(FEATURES), *_ends(STYLED, "stylised "))
+CAGE_KEYS = (*_MACRO, *_ends(ASYMMETRY), *_ends(FEATURES), *_ends(STYLED, "stylised "))
 IDENTITY_KEYS = (*CAGE_KEYS, *DETAILS)
 CAGE_TARGETS = len(CAGE_KEYS)
-ENDS = slice(len(_MACRO), len(_MACRO) + 2 * len(FEATURES))
-STYLES = slice(ENDS.stop, CAGE_TARGETS)
+STYLES = slice(CAGE_TARGETS - 2 * len(STYLED), CAGE_TARGETS)
+ENDS = slice(STYLES.start - 2 * len(FEATURES), STYLES.start)
 AGE_DEEPENS = 0.7
 
 
@@ -204,25 +221,13 @@ def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
 
 
 def target_weights(identity: Mapping[str, float]) -> NDArray[np.float64]:
-    """Weights of all identity targets, in the order of IDENTITY_KEYS.
-
-    The macro weights are products, as in MakeHuman: each corner of gender x age x ethnicity
-    (and gender x age x weight) has the product of its shares.
-    """
+    """Weights of all identity targets, in the order of IDENTITY_KEYS."""
     p = check_identity(identity)
-    gender = {"female": 1 - p["gender"], "male": p["gender"]}
-    age = {"young": 1 - p["age"], "old": p["age"]}
-    heavy = p["weight"]
-    weight = {"min": max(-heavy, 0), "average": 1 - abs(heavy), "max": max(heavy, 0)}
-    shares = np.array([max(p[e], 0.0) for e in ETHNICITIES])
-    shares = shares / shares.sum() if shares.sum() > 0 else np.full(3, 1 / 3)
-    macro = [s * g * a for s in shares for g in gender.values() for a in age.values()]
-    macro += [g * a * w for g in gender.values() for a in age.values() for w in weight.values()]
-    values = np.array([p[f.name] for f in FEATURES])
+    asymmetry, values = (np.array([p[f.name] for f in table]) for table in (ASYMMETRY, FEATURES))
     human = np.clip(values, -1, 1)
-    ends = _two_ends(human)
-    styles = _two_ends((values - human)[_STYLED_AT])
-    return np.concatenate([macro, ends, styles, detail_weights(p)])
+    styles = (values - human)[_STYLED_AT]
+    ends = (_two_ends(part) for part in (asymmetry, human, styles))
+    return np.concatenate([macro_weights(p), *ends, detail_weights(p)])
 
 
 def detail_weights(known: Mapping[str, float]) -> NDArray[np.float64]:

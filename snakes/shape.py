@@ -21,7 +21,8 @@ from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 from facs_rig.common.derived import derived
 from facs_rig.common.errors import InputError
 from facs_rig.derivatives import SurfacePoints, movements, surface_points
-from facs_rig.identity import ACTIONS, BY_NAME, IDENTITY, target_weights
+from facs_rig.identity import BY_NAME, FEATURES, target_weights
+from facs_rig.macros import ETHNICITIES
 from facs_rig.rotation import rotation
 
 from .lines import HEAD, Lines, nearest_lines
@@ -75,7 +76,10 @@ POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
 INTENSITY, MOST = 0.7, 6.5
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
-FIXED = ("wrinkles", *(f.name for f in ACTIONS))
+WHO = ("gender", "age", "weight", *ETHNICITIES, *(f.name for f in FEATURES))
+"""What of a person is looked for; the rest stays as it is."""
+GROWN = (0.0, 1.0)
+"""Range of `age`: lines alone do not tell a child from an adult with large eyes."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
@@ -172,7 +176,7 @@ class _Guess:
 
     @classmethod
     def of(cls, parameters: FaceParameters, camera: Camera, decided: Collection[str]) -> _Guess:
-        identity = tuple(f.name for f in IDENTITY if f.name not in FIXED)
+        identity = WHO
         controls = tuple(
             name for name, value in parameters.aus.items() if value and name not in decided
         )
@@ -188,7 +192,8 @@ class _Guess:
         for name in identity:
             feature = BY_NAME[name]
             likely = 0.3 if name == "age" else feature.default
-            rows.append((likely, SPREAD.get(name, FEATURE), feature.minimum, feature.maximum))
+            least, most = GROWN if name == "age" else (feature.minimum, feature.maximum)
+            rows.append((likely, SPREAD.get(name, FEATURE), least, most))
         rows += [(parameters.aus[name], INTENSITY, 0.0, MOST) for name in controls]
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)

@@ -79,7 +79,7 @@ def face_topology(rig: FaceRig) -> FaceTopology:
     hairs = [part[name] for name in HAIR_PARTS]
     index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
     owner = rig.triangle_part[index]
-    around = _around(rig.triangles)
+    around = _around(rig.triangles, rig.n_vertices)
     found = {name: _under(rig.triangles, around, *stroke) for name, stroke in rig.strokes.items()}
     for name, curve in rig.curves.items():
         if not curve.lift.any():
@@ -94,10 +94,10 @@ def face_topology(rig: FaceRig) -> FaceTopology:
     )
 
 
-def _around(triangles: NDArray) -> tuple[NDArray, NDArray]:
-    """The triangles of one vertex after another, and (n,) how many each vertex has."""
+def _around(triangles: NDArray, n: int) -> tuple[NDArray, NDArray]:
+    """The triangles of one vertex after another, and (n,) how many each of the n vertices has."""
     flat = triangles.ravel()
-    return np.argsort(flat, kind="stable") // 3, np.bincount(flat)
+    return np.argsort(flat, kind="stable") // 3, np.bincount(flat, minlength=n)
 
 
 def _under(

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_curves
+from ..anatomy import LANDMARK_POINTS, PART_NAMES, eye_curves, lip_curves
 from ..common.ties import first_least
 from ..controls import CONTROLS, WHOLE
 from ..curves import curve_arrays
@@ -30,7 +30,7 @@ from ..moves import packed
 from ..rotation import rotation
 from ..subdivide import refine, triangulate
 from .actions import action_variants
-from .brows import brows
+from .brows import brow_details, brow_edges, brows
 from .creases import crease_displacements, refinement_levels
 from .eyes import (
     EYE_JOINTS,
@@ -109,6 +109,11 @@ def bake(data: Path) -> dict[str, NDArray]:
 
     sizes = len(people.base), mesh.matrix.shape[0]
     details = np.zeros((len(DETAILS), mesh.matrix.shape[0], 3))
+    brow_hairs = np.flatnonzero(mesh.part == PART_NAMES.index("brows"))
+    skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
+    middle = people.plain[m + 2 : m + 4].mean(axis=0)
+    for name, moves_of in brow_details(mesh.matrix @ people.plain[:m], skin, middle).items():
+        details[list(DETAILS).index(name), brow_hairs] = moves_of
     growth = np.zeros((2 * len(STYLED), *people.base.shape))
 
     plain = people.plain
@@ -145,7 +150,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         **curve_arrays(drawing_layers(default, mesh.triangles, mesh.part, eyes_middle, upright)),
     }
     for name, (index, weight) in {
-        **brow_curves(default, mesh.triangles, mesh.skin, eyes_middle),
+        **brow_edges(int(brow_hairs[0])),
         **lip_curves(default, mesh.triangles, mesh.skin, eyes_middle),
         **eye_curves(default, mesh.triangles, mesh.part, eyes_middle),
     }.items():

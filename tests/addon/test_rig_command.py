@@ -94,7 +94,7 @@ def test_rig_writes_a_folder_of_keys_beside_an_obj(capsys, folder):
         (["--au", "smile"], "--au takes NAME=VALUE, such as smile=5, not 'smile'"),
         (["--au", "smile=much"], "--au takes NAME=VALUE"),
         (["--identity", "aeg=1"], "there is no identity parameter 'aeg'; did you mean 'age'?"),
-        (["--identity", "age=2"], "age = 2.0 is outside 0 to 1"),
+        (["--identity", "age=2"], "age = 2.0 is outside -1 to 1"),
         (["--identity", "age=nan"], "'age' is nan"),
         (["--identity", "age"], "--identity takes NAME=VALUE, such as age=0.8"),
         (["--gaze", "5"], "--gaze takes YAW,PITCH in degrees, not '5'"),
@@ -121,9 +121,9 @@ def test_rig_refuses_what_no_face_can_do(refused, folder, arguments, says):
     [
         ("not json", "'joy.json': this is not an expression file: it is not JSON"),
         (
-            json.dumps({"format": expressions.FORMAT, "version": 2}),
-            "'joy.json': this expression was saved by a newer Sketch to Face (format 2, this one "
-            "knows 1); update the add-on",
+            json.dumps({"format": expressions.FORMAT, "version": 3}),
+            "'joy.json': this expression was saved by a newer Sketch to Face (format 3, this one "
+            "knows 2); update the add-on",
         ),
         (
             json.dumps({"format": expressions.FORMAT, "version": 1, "aus": {"smlie": 1}}),

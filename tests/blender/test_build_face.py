@@ -314,7 +314,7 @@ def test_face_is_built_in_a_collection_that_the_view_leaves_out(rig, evaluated):
         (FaceParameters(), np.zeros((5, 3)), r"must have the shape \(\d+, 3\), got \(5, 3\)"),
         (FaceParameters({"smlie": 3.0}), None, "there is no control 'smlie'; did you mean 'smile'"),
         (FaceParameters({"smile": 11.0}), None, "smile = 11.0 is outside 0 to 10"),
-        (FaceParameters(identity={"age": 7.0}), None, "age = 7.0 is outside 0 to 1"),
+        (FaceParameters(identity={"age": 7.0}), None, "age = 7.0 is outside -1 to 1"),
     ],
 )
 def test_what_cannot_be_built_leaves_nothing(rig, parameters, offsets, says):

@@ -249,8 +249,8 @@ def test_face_without_its_armature_is_reshaped(rig, evaluated):
     ("who", "offsets", "says"),
     [
         ({"weight": 1.0, "agge": 0.5}, None, "there is no identity parameter 'agge'"),
-        ({"age": 7.0}, None, "age = 7.0 is outside 0 to 1"),
-        ({"age": float("nan")}, None, "age = nan is outside 0 to 1"),
+        ({"age": 7.0}, None, "age = 7.0 is outside -1 to 1"),
+        ({"age": float("nan")}, None, "age = nan is outside -1 to 1"),
         (WHO, np.zeros((5, 3)), r"offsets must have the shape \(\d+, 3\), got \(5, 3\)"),
         (WHO, "nan", "offsets must be finite numbers"),
     ],

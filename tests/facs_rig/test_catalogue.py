@@ -47,14 +47,14 @@ def test_at_least_thirty_features_besides_gender_age_ethnicity_weight():
 
 
 @pytest.mark.parametrize("gender", [0.0, 0.3, 1.0])
-@pytest.mark.parametrize("age", [0.0, 0.7])
+@pytest.mark.parametrize("age", [-1.0, -0.4, 0.0, 0.7])
 @pytest.mark.parametrize("weight", [-1.0, 0.4])
 def test_macro_weights_are_shares(gender, age, weight):
     weights = target_weights({"gender": gender, "age": age, "weight": weight, "asian": 0.9})
     macro = weights[: len(macro_targets())]
     assert (macro >= 0).all()
-    assert macro[:12].sum() == pytest.approx(1)  # gender x age x ethnicity
-    assert macro[12:].sum() == pytest.approx(1)  # gender x age x weight
+    assert macro[:18].sum() == pytest.approx(1)  # gender x age x ethnicity
+    assert macro[18:36].sum() == pytest.approx(1)  # gender x age x weight
 
 
 def test_a_feature_uses_one_of_its_two_ends():

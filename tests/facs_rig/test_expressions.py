@@ -37,7 +37,7 @@ def test_what_is_saved_comes_back(tmp_path):
 
 def test_a_file_says_what_it_is_in_degrees():
     content = json.loads(dumps(FaceParameters({"smile": 5}, head=(np.radians(30), 0.0, 0.0))))
-    assert content["format"] == FORMAT and content["version"] == 1
+    assert content["format"] == FORMAT and content["version"] == 2
     assert content["head"] == {"yaw": 30.0, "pitch": 0.0, "roll": 0.0}
     assert content["aus"] == {"smile": 5.0}
     assert "identity" not in content  # an expression is worn by anybody
@@ -70,7 +70,7 @@ def test_what_is_missing_is_neutral():
         (json.dumps({"format": FORMAT, "version": True}), "its version is missing"),
         (
             json.dumps({"format": FORMAT, "version": 3, "aus": {"not yet known": 1}}),
-            "saved by a newer Sketch to Face (format 3, this one knows 1); update the add-on",
+            "saved by a newer Sketch to Face (format 3, this one knows 2); update the add-on",
         ),
         (json.dumps({**HEADING, "au": {}}), "no part 'au'; did you mean 'aus'?"),
         (json.dumps({**HEADING, "aus": []}), "'aus' must be a table"),
@@ -83,7 +83,7 @@ def test_what_is_missing_is_neutral():
         (json.dumps({**HEADING, "aus": {"smile": float("nan")}}), "'smile' is nan"),
         (json.dumps({**HEADING, "aus": {"smile": 10**400}}), "'smile' is inf"),
         (json.dumps({**HEADING, "identity": {"nose_hmp": 1}}), "did you mean 'nose_hump'?"),
-        (json.dumps({**HEADING, "identity": {"age": 2}}), "age = 2.0 is outside 0 to 1"),
+        (json.dumps({**HEADING, "identity": {"age": 2}}), "age = 2.0 is outside -1 to 1"),
         (json.dumps({**HEADING, "head": {"yawn": 1}}), "'head' has no angle 'yawn'"),
         (json.dumps({**HEADING, "gaze": {"roll": 1}}), "'gaze' has no angle 'roll'"),
         (json.dumps({**HEADING, "gaze": {"yaw": 90}}), "gaze yaw = 90 is outside -60 to 60"),

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from facs_rig import FaceParameters, variants
 from facs_rig.derivatives import surface_points
+from facs_rig.identity import CAGE_TARGETS, target_weights
 from facs_rig.moves import FINEST, dense, packed
 from facs_rig.rig import ASSET, FaceRig
 
@@ -88,8 +89,9 @@ def test_every_way_to_pose_uses_the_persons_own_keys(kinds):
     moved = rig.moves([(FaceParameters({}, FACE.identity), FACE)])[0]
     np.testing.assert_allclose(moved, wanted - rig.neutral(FACE.identity), atol=1e-6)
     matrix, cage, *_ = rig.linear_parts(FACE.identity)
+    own = target_weights(FACE.identity)[CAGE_TARGETS:]  # on the skin, such as brows
     np.testing.assert_allclose(
-        matrix @ rig.cage(FACE),
+        matrix @ rig.cage(FACE) + np.tensordot(own, rig.identity_deltas[CAGE_TARGETS:], axes=1),
         rig.shape(replace(FACE, identity={**FACE.identity, "wrinkles": -1.0})),
         atol=1e-6,
     )

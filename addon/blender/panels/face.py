@@ -18,7 +18,7 @@ CHARACTER = "character"
 GROUPS = {CHARACTER: "Character", "head": "Head", "forehead": "Forehead", "eyebrows": "Brows",
           "eyes": "Eyes", "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks",
           "chin": "Chin and Jaw", "ears": "Ears", "neck": "Neck",
-          "actions": "Own Ways", "colours": "Colors"}  # fmt: skip
+          "asym": "Left and Right", "actions": "Own Ways", "colours": "Colors"}  # fmt: skip
 WRINKLES = "wrinkles"
 # Title and the bone's axis: an upright bone has the core's axes (see facs_rig.blender.armature).
 AXES = (("Turn", 1), ("Nod", 0), ("Tilt", 2))
