@@ -52,6 +52,7 @@ from facs_rig import (
 )
 from facs_rig.actions import drawn_actions
 from facs_rig.expressions import random_expression
+from facs_rig.folds import drawn_creases
 from facs_rig.identity import FEATURES
 
 IMAGES = Path(__file__).parent / "images"
@@ -331,6 +332,21 @@ def extremes() -> None:
     save("face_extremes.png", np.concatenate([heading, *rows]))
 
 
+def own_creases() -> None:
+    """Six expressions on the default person and on eight with creases of their own."""
+    rig, size = load_rig(), 190
+    names = ("frontalis", "brow_furrow", "smile", "grimace", "squint", "wince")
+    camera = close_up(rig, size=size)
+    rows = []
+    for seed in range(9):
+        who = drawn_creases(np.random.default_rng(seed), 0.9) if seed else {}
+        faces = [FaceParameters({name: FULL_INTENSITY}, who) for name in names]
+        rows.append([face_picture(rig, face, camera, kind) for face in faces for kind in KINDS])
+    wide = np.full((1, 2 * rows[0][0].shape[1], 3), PAPER, np.uint8)
+    heading = np.concatenate([captioned(wide, name, 14) for name in names], axis=1)
+    save("face_creases.png", np.concatenate([heading, *(np.concatenate(r, axis=1) for r in rows)]))
+
+
 def turned() -> None:
     """The whole head from all sides, at rest."""
     rig = load_rig()
@@ -398,7 +414,7 @@ def sphere() -> None:
 
 
 FACE = (contact_sheets, pairs, identities, face_variants, features, gaze, layers, one_sided,
-        random_faces, extremes, turned)  # fmt: skip
+        random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
                                     sphere, engraved)}  # fmt: skip

@@ -25,7 +25,16 @@ from dataset_gen.linework.lines import DETAILS, KINDS
 from dataset_gen.linework.style import Style
 from dataset_gen.sampling import Sample, sample_face, sample_rng
 from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
-from facs_rig import CONTROL_NAMES, CONTROLS, FULL_INTENSITY, IDENTITY, TWELVE, Control, load_rig
+from facs_rig import (
+    CONTROL_NAMES,
+    CONTROLS,
+    FULL_INTENSITY,
+    IDENTITY,
+    TWELVE,
+    Control,
+    folds,
+    load_rig,
+)
 from facs_rig.anatomy import PART_NAMES
 from facs_rig.common.errors import InputError
 from facs_rig.conventions import CONVENTIONS
@@ -83,6 +92,10 @@ def identity() -> str:
         for f in (f for f in IDENTITY if f.part == folder):
             limits = f"{f.minimum:g} | {f.maximum:g} | {f.default:.3g}"
             out.append(f"| `{f.name}` | {title}: {f.label} | {limits} |")
+    out.append(f"| `{folds.SEED}` | Creases: Crease pattern | 0 | {folds.SEEDS} | 0 |")
+    for family, (label, _) in folds.FAMILIES.items():
+        names = ", ".join(f"`{family}_{trait}`" for trait in folds.TRAITS)
+        out.append(f"| {names} | Creases: {label} | -1 | 1 | 0 |")
     return "\n".join(out)
 
 

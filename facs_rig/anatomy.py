@@ -123,45 +123,65 @@ def smooth_curve(points: NDArray, count: int) -> NDArray[np.float64]:
 DEEPEST = 0.02  # metres that a surface may lie behind what is beside it
 
 
+AMONG = 80  # triangles near a place that may be under it
+
+
+class FromFront:
+    """A surface as it is seen from the front: vertices (n, 3), triangles (t, 3), of which those
+    count whose vertices are all `allowed` (n,) and that face the viewer."""
+
+    def __init__(self, vertices: NDArray, triangles: NDArray, allowed: NDArray):
+        from scipy.spatial import cKDTree
+
+        own = triangles[allowed[triangles].all(axis=1)]
+        corner = vertices[own]
+        a, b, c = (corner[:, k, :2] for k in range(3))
+        area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+        facing = np.flatnonzero(area > 1e-12)
+        self._triangles, self._corner, self._area = own[facing], corner[facing], area[facing]
+        self._depth = self._corner[:, :, 2].mean(axis=1)
+        self._tree = cKDTree(self._corner[:, :, :2].mean(axis=1))
+
+    def bind(self, places: NDArray) -> tuple[NDArray, NDArray]:
+        """Vertex indices (k, 3) and barycentric weights (k, 3) of the frontmost triangle under each
+        of the places (k, 2); ValueError if there is none."""
+        near = np.sort(self._tree.query(places, k=min(AMONG, len(self._area)))[1], axis=1)
+        deep = self._depth[near]
+        seen = deep > deep.max(axis=1, keepdims=True) - DEEPEST  # not what is seen through a slit
+        a, b, c = np.moveaxis(self._corner[near][..., :2], 2, 0)
+        weight = _weights(places[:, None], a, b, c, self._area[near])
+        inside = seen & (weight >= -1e-3).all(axis=2)
+        for k in np.flatnonzero(~inside.any(axis=1)):  # between triangles seen edge on: the nearest
+            clipped = np.clip(weight[k], 0, 1)
+            clipped /= clipped.sum(axis=1, keepdims=True)
+            off = np.einsum("kc,kcd->kd", clipped, self._corner[near[k]][:, :, :2]) - places[k]
+            away = np.where(seen[k], np.hypot(*off.T), np.inf)
+            at = first_least(away)
+            if away[at] > 0.003:
+                raise ValueError(f"no surface under the place {tuple(places[k] * 100)} cm")
+            inside[k, at] = True
+        best = first_most(np.where(inside, deep, -np.inf), axis=1)
+        k = np.arange(len(places))
+        chosen = np.clip(weight[k, best], 0, 1)
+        return self._triangles[near[k, best]], chosen / chosen.sum(axis=1, keepdims=True)
+
+
 def bind_from_front(
     places: NDArray, vertices: NDArray, triangles: NDArray, allowed: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """Bind places (k, 2) seen from the front to the surface under them.
-
-    Returns vertex indices (k, 3) and barycentric weights (k, 3) of the frontmost triangle whose
-    vertices are all `allowed` (n,) and that faces the viewer; ValueError if there is none.
-    """
-    from scipy.spatial import cKDTree
-
-    corner = vertices[triangles]
-    a, b, c = (corner[:, k, :2] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    facing = np.flatnonzero((area > 1e-12) & allowed[triangles].all(axis=1))
-    tree = cKDTree(corner[facing, :, :2].mean(axis=1))
-    index = np.empty((len(places), 3), dtype=np.int64)
-    weight = np.empty((len(places), 3))
-    for k, place in enumerate(places):
-        near = np.sort(facing[tree.query(place, k=min(80, len(facing)))[1]])
-        deep = corner[near, :, 2].mean(axis=1)
-        near = near[deep > deep.max() - DEEPEST]  # through a slit one would see what is behind it
-        w = _weights(place, a[near], b[near], c[near], area[near])
-        inside = np.flatnonzero((w >= -1e-3).all(axis=1))
-        if not len(inside):  # between triangles seen edge on: the nearest point of any of them
-            clipped = np.clip(w, 0, 1) / np.clip(w, 0, 1).sum(axis=1, keepdims=True)
-            off = np.einsum("kc,kcd->kd", clipped, corner[near][:, :, :2]) - place
-            inside = np.array([first_least(np.hypot(*off.T))])
-            if np.hypot(*off[inside[0]]) > 0.003:
-                raise ValueError(f"no surface under the place {tuple(place * 100)} cm")
-        best = inside[first_most(vertices[triangles[near[inside]]][:, :, 2].mean(axis=1))]
-        index[k] = triangles[near[best]]
-        weight[k] = np.clip(w[best], 0, 1) / np.clip(w[best], 0, 1).sum()
-    return index, weight
+    """Bind places (k, 2) seen from the front to the surface under them, see `FromFront`."""
+    return FromFront(vertices, triangles, allowed).bind(places)
 
 
-def _weights(p, a, b, c, area) -> NDArray:
-    wa = ((b[:, 0] - p[0]) * (c[:, 1] - p[1]) - (b[:, 1] - p[1]) * (c[:, 0] - p[0])) / area
-    wb = ((c[:, 0] - p[0]) * (a[:, 1] - p[1]) - (c[:, 1] - p[1]) * (a[:, 0] - p[0])) / area
-    return np.stack([wa, wb, 1 - wa - wb], axis=1)
+def _weights(p: NDArray, a: NDArray, b: NDArray, c: NDArray, area: NDArray) -> NDArray:
+    """(..., 3) barycentric weights of places (..., 2) in triangles a, b, c of twice this area."""
+    wa = _cross(b - p, c - p) / area
+    wb = _cross(c - p, a - p) / area
+    return np.stack([wa, wb, 1 - wa - wb], axis=-1)
+
+
+def _cross(a: NDArray, b: NDArray) -> NDArray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 # The brow's lower and upper edge on the face's left, from the nose outwards.

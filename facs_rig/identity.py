@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import actions
+from . import actions, folds
 from .common.errors import InputError
 from .looks import ROWS
 from .macros import BROW_DETAILS, macro_targets, macro_weights
@@ -147,6 +147,13 @@ ACTIONS = tuple(
     Feature(name, label, -1.0, 1.0, 0.0, group="actions") for name, label in actions.TABLE.items()
 )
 
+# Which creases a person has (see facs_rig.folds).
+CREASES = (
+    *(Feature(f"{family}_{trait}", f"{label}: {what}", -1.0, 1.0, 0.0, group="creases")
+      for family, (label, _) in folds.FAMILIES.items() for trait, what in folds.TRAITS.items()),
+    Feature(folds.SEED, "Crease pattern", 0.0, float(folds.SEEDS), 0.0, group="creases"),
+)  # fmt: skip
+
 LOOKS = tuple(Feature(*row, group="colours") for row in ROWS)  # colours, which move nothing
 
 # What makes the left unlike the right: to the face's own left, or higher there, is above 0.
@@ -172,13 +179,24 @@ BROWS: tuple[Feature, ...] = (
     Feature("brow_length", "Length of brows", -1.0, 1.0, 0.0, group="eyebrows"),
 )
 
-IDENTITY: tuple[Feature, ...] = (*PEOPLE, *FEATURES, *ASYMMETRY, *BROWS, *ACTIONS, *LOOKS)
+IDENTITY: tuple[Feature, ...] = (
+    *PEOPLE,
+    *FEATURES,
+    *ASYMMETRY,
+    *BROWS,
+    *ACTIONS,
+    *CREASES,
+    *LOOKS,
+)
 BY_NAME = {f.name: f for f in IDENTITY}
 # What faces of version 1 mean where they say nothing: they showed none of this.
 EARLIER = {"age_shows": 0.0, "sex_shows": 0.0, "weight_shows": 0.0}
 
 # What moves the fine skin itself: name -> its weight for a person, given all parameters.
-DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {**BROW_DETAILS}
+DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {
+    **BROW_DETAILS,
+    **folds.REST_FOLDS,
+}
 
 STYLED = tuple(f for f in FEATURES if f.style)
 
@@ -196,13 +214,11 @@ IDENTITY_KEYS = (*CAGE_KEYS, *DETAILS)
 CAGE_TARGETS = len(CAGE_KEYS)
 STYLES = slice(CAGE_TARGETS - 2 * len(STYLED), CAGE_TARGETS)
 ENDS = slice(STYLES.start - 2 * len(FEATURES), STYLES.start)
-AGE_DEEPENS = 0.7
 
 
 def crease_gain(identity: Mapping[str, float]) -> float:
     """How deep the expression's creases are: 1 in the plain young face, deeper with age."""
-    p = check_identity(identity)
-    return (1 + AGE_DEEPENS * p["age"]) * (1 + p["wrinkles"])
+    return folds.crease_gain(check_identity(identity))
 
 
 def check_identity(identity: Mapping[str, float]) -> dict[str, float]:

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .identity import CAGE_TARGETS, STYLES, target_weights
-from .moves import compressed, dense, sparse
+from .moves import compressed, dense, entries, shared, sparse
 from .variants import variant_weights
 
 
@@ -130,7 +130,11 @@ class Who:
 def read_motions(arrays: Mapping[str, NDArray], cage: int, matrix: sp.csr_matrix) -> Motions:
     """From the asset's arrays. cage : M, vertices and joints;  matrix : (n, m) refinement."""
     skin_at, (details, skin_keys, skin_variants) = compressed(
-        arrays, ("details", "creases", "skin_variants")
+        [
+            entries(arrays, "details"),
+            entries(arrays, "creases"),
+            shared(arrays, "skin_variants", arrays["mirror"]),
+        ]
     )
     growth = dense(arrays, "growth", cage)
     of_cage = growth.reshape(len(growth), cage, 3)[:, : matrix.shape[1]]

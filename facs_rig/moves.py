@@ -56,16 +56,40 @@ def dense(arrays: Mapping[str, NDArray], name: str, n: int) -> NDArray[np.float3
     return out.reshape(len(out), 3 * n)
 
 
+Entries = tuple[int, NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]
+
+
+def entries(arrays: Mapping[str, NDArray], name: str) -> Entries:
+    """How many rows, and what `unpacked` gives."""
+    return len(arrays[f"{name}_step"]), *unpacked(arrays, name)
+
+
+def shared(arrays: Mapping[str, NDArray], name: str, mirror: NDArray) -> Entries:
+    """Entries of rows `name_row`, or of their mirror images where `name_mirrored`.
+
+    mirror : (n,) the vertex on the other side of each
+    """
+    row, flip = arrays[f"{name}_row"], arrays[f"{name}_mirrored"]
+    starts = arrays[f"{name}_starts"].astype(np.intp)
+    count = np.diff(starts)[row]
+    which = np.repeat(np.arange(len(row)), count)
+    at = np.arange(len(which)) + np.repeat(starts[row] - np.cumsum(count) + count, count)
+    _, index, delta = unpacked(arrays, name)
+    index, delta, over = index[at], delta[at], flip[which]
+    index[over] = mirror[index[over]]
+    delta[over, 0] *= -1
+    return len(row), which, index, delta
+
+
 def compressed(
-    arrays: Mapping[str, NDArray], names: Sequence[str]
+    found: Sequence[Entries],
 ) -> tuple[NDArray[np.intp], list[sp.csr_matrix]]:
     """Vertices (u,) that any row of these moves, and sparse displacements of them (rows, 3u)."""
-    found = [unpacked(arrays, name) for name in names]
-    used, at = np.unique(np.concatenate([index for _, index, _ in found]), return_inverse=True)
-    cuts = np.cumsum([len(index) for _, index, _ in found])[:-1]
+    used, at = np.unique(np.concatenate([index for _, _, index, _ in found]), return_inverse=True)
+    cuts = np.cumsum([len(index) for _, _, index, _ in found])[:-1]
     return used, [
-        sparse_rows(row, place, delta, (len(arrays[f"{name}_step"]), len(used)))
-        for name, (row, _, delta), place in zip(names, found, np.split(at, cuts), strict=True)
+        sparse_rows(row, place, delta, (count, len(used)))
+        for (count, row, _, delta), place in zip(found, np.split(at, cuts), strict=True)
     ]
 
 

@@ -8,9 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .actions import action_weights
+from .folds import groove_weights
 
 # What asks an identity how much it has of the variants that it knows, by their names.
-SOURCES: tuple[Callable[[Mapping[str, float]], Mapping[str, float]], ...] = (action_weights,)
+SOURCES: tuple[Callable[[Mapping[str, float]], Mapping[str, float]], ...] = (
+    action_weights,
+    groove_weights,
+)
 
 
 def variant_weights(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float64]:

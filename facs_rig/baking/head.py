@@ -31,7 +31,7 @@ from ..rotation import rotation
 from ..subdivide import refine, triangulate
 from .actions import action_variants
 from .brows import brow_details, brow_edges, brows
-from .creases import crease_displacements, refinement_levels
+from .creases import Skin, default_creases, refinement_levels, rest_folds, single_grooves, skin_of
 from .eyes import (
     EYE_JOINTS,
     eye_balls,
@@ -50,7 +50,7 @@ from .makehuman import JOINTS, Source, read_source
 from .people import read_people
 from .strands import Hairs, add_hairs, carry_hairs, mirror_cage
 from .uv import carried_uv, hair_uv, uv_arrays
-from .variants import variant_arrays
+from .variants import Variant, variant_arrays
 
 # Entries of the refinement below this are what is left where numbers cancel, 1e-15 and less, and
 # which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
@@ -105,15 +105,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     rims = 1 - np.prod([1 - field.rim for field in fields.values()], axis=0)
     own_ways = action_variants(source, people.plain, controls, rims, mouth)
     arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
-    creases, grooves = raise_creases(people.plain, m, mesh, active, hairs)
-
     sizes = len(people.base), mesh.matrix.shape[0]
-    details = np.zeros((len(DETAILS), mesh.matrix.shape[0], 3))
-    brow_hairs = np.flatnonzero(mesh.part == PART_NAMES.index("brows"))
-    skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
-    middle = people.plain[m + 2 : m + 4].mean(axis=0)
-    for name, moves_of in brow_details(mesh.matrix @ people.plain[:m], skin, middle).items():
-        details[list(DETAILS).index(name), brow_hairs] = moves_of
     growth = np.zeros((2 * len(STYLED), *people.base.shape))
 
     plain = people.plain
@@ -121,10 +113,20 @@ def bake(data: Path) -> dict[str, NDArray]:
     default = mesh.matrix @ plain[:m] - origin
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
     normals = vertex_normals(default, mesh.triangles)
+    mirror = mirror_vertices(default, mesh.part)
+    creased = raise_creases(plain, m, mesh, active, hairs, mirror)
+    details = np.zeros((len(DETAILS), *default.shape))
+    brow_hairs = np.flatnonzero(mesh.part == PART_NAMES.index("brows"))
+    on_skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
+    middle = plain[m + 2 : m + 4].mean(axis=0)
+    for name, moves_of in brow_details(mesh.matrix @ plain[:m], on_skin, middle).items():
+        details[list(DETAILS).index(name), brow_hairs] = moves_of
+    for name, fold in creased.rest.items():
+        details[list(DETAILS).index(name)] = fold
     upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
     arrays = {
-        "key_names": np.array([key.name for key in (*keys, *creases)]),
-        "key_expressions": np.array([key.expression for key in (*keys, *creases)]),
+        "key_names": np.array([key.name for key in (*keys, *creased.keys)]),
+        "key_expressions": np.array([key.expression for key in (*keys, *creased.keys)]),
         "lid_rest": lid_rest.astype(np.float32),
         "base": ((people.base - origin) @ upright).astype(np.float32),
         "cage_joints": np.array(m),
@@ -138,14 +140,14 @@ def bake(data: Path) -> dict[str, NDArray]:
         "vertex_part": mesh.part,
         **uv_arrays(mesh.uv, mesh.polygons[0], len(mesh.part)),
         "weights": follow_weights(source, mesh).astype(np.float32),
-        "mirror": mirror_vertices(default, mesh.part),
+        "mirror": mirror,
         "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
         **packed("identity", people.deltas @ upright),
         **packed("cage_keys", moves @ upright),
-        **packed("creases", grooves @ upright),
+        **packed("creases", creased.moves @ upright),
         **packed("details", details @ upright),
         **packed("growth", growth),
-        **variant_arrays((*keys, *creases), own_ways, [], sizes, upright),
+        **variant_arrays((*keys, *creased.keys), own_ways, creased.variants, sizes, upright),
         **packed("arkit", arkit @ upright),
         **curve_arrays(drawing_layers(default, mesh.triangles, mesh.part, eyes_middle, upright)),
     }
@@ -238,28 +240,69 @@ def expression(
     return keys, np.pad(np.concatenate(moves), joints), active
 
 
-def raise_creases(
-    plain: NDArray, m: int, mesh: Mesh, active: NDArray, hairs: tuple[Hairs, ...]
-) -> tuple[list[Key], NDArray]:
-    """Keys of the creases and their displacements (keys, n, 3), hairs carried along.
+@dataclass(frozen=True)
+class Creased:
+    """keys of the creases and their displacements (keys, n, 3); people's variants of them; what an
+    old face has at rest, name -> (n, 3)"""
 
-    active : (47, m, 3) the cage of each control at intensity 5. Both sides of a control are
-    creased on the face of the symmetric one, so that they add up to it.
+    keys: list[Key]
+    moves: NDArray[np.float64]
+    variants: list[Variant]
+    rest: dict[str, NDArray[np.float64]]
+
+
+def raise_creases(
+    plain: NDArray, m: int, mesh: Mesh, active: NDArray, hairs: tuple[Hairs, ...], mirror: NDArray
+) -> Creased:
+    """The creases, hairs carried along. active : (47, m, 3) the cage of each control at intensity 5
+
+    Both sides of a control are creased on the face of the symmetric one, so that they add up to it,
+    and the right is the left's mirror image: what is kept of them is the left.
     """
     triangles = mesh.triangles
     origin = plain[m + JOINTS.index("head")]
     eyes_middle = plain[m + 2 : m + 4].mean(axis=0) - origin
-    keys, grooves = [], []
-    for control in CONTROLS:
+
+    def skin_on(cage: NDArray) -> Skin:
+        face = mesh.matrix @ cage - origin
+        return skin_of(face, vertex_normals(face, triangles), triangles, mesh.skin, eyes_middle)
+
+    def carried(groove: NDArray) -> NDArray:
+        carry_hairs(groove, hairs)
+        return groove
+
+    def mirrored(groove: NDArray) -> NDArray:
+        return groove[mirror] * [-1, 1, 1]
+
+    keys: list[Key] = []
+    moves: dict[str, NDArray] = {}
+    variants: list[Variant] = []
+    for control, whole in zip(CONTROLS, WHOLE, strict=True):
         if not control.creases:
             continue
-        face = mesh.matrix @ active[WHOLE[CONTROLS.index(control)]] - origin
-        normals = vertex_normals(face, triangles)
-        groove = crease_displacements(control, face, triangles, normals, mesh.skin, eyes_middle)
-        carry_hairs(groove, hairs)
-        grooves.append(groove)
-        keys.append(Key(f"{control.name}_creases", f"{control.name}*0.2*crease_gain"))
-    return keys, np.stack(grooves)
+        key = Key(f"{control.name}_creases", f"{control.name}*0.2*crease_gain")
+        keys.append(key)
+        if control is not CONTROLS[whole]:
+            stem = f"{CONTROLS[whole].name}_creases"
+            half = [v for v in variants if v.parent == stem and v.name.endswith(control.side)]
+            variants += [replace(v, parent=key.name) for v in half]
+            moves[key.name] = moves[f"{stem} {control.side}"]
+            continue
+        skin = skin_on(active[whole])
+        left = carried(default_creases(control, skin))
+        sides = {"left": left, "right": mirrored(left)}
+        moves |= {key.name: left + sides["right"]}
+        moves |= {f"{key.name} {side}": move for side, move in sides.items()}
+        for name, groove in single_grooves(control, skin):
+            own = carried(groove)
+            variants += [
+                Variant(f"{name} {side}", key.name, own, mirrored=side == "right") for side in sides
+            ]
+    rest: dict[str, NDArray] = {}
+    for name, fold in rest_folds(skin_on(plain[:m])).items():
+        own = carried(fold)
+        rest |= {f"rest {name} left": own, f"rest {name} right": mirrored(own)}
+    return Creased(keys, np.stack([moves[key.name] for key in keys]), variants, rest)
 
 
 def follow_weights(source: Source, mesh: Mesh) -> NDArray[np.float64]:

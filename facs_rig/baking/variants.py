@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..keys import Key
-from ..moves import FINEST, packed
+from ..moves import packed
 
 CAGE_STEP = 2.0**-17  # metres: people's ways are known to 4 micrometres
+SKIN_STEP = 2.0**-19  # metres: and their grooves to one
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Variant:
     name: str
     parent: str
     moves: NDArray[np.float64]
+    mirrored: bool = False
 
 
 def variant_arrays(
@@ -40,9 +42,16 @@ def variant_arrays(
     arrays = {
         "variant_names": np.array([v.name for v in (*cage, *skin)], dtype=str),
         "variant_parents": np.array([number[v.parent] for v in (*cage, *skin)], dtype=np.int32),
+        "skin_variants_mirrored": np.array([v.mirrored for v in skin], dtype=bool),
     }
-    kinds = ("cage", cage, shapes[0], CAGE_STEP), ("skin", skin, shapes[1], FINEST)
-    for kind, variants, count, step in kinds:
-        moves = [v.moves @ upright for v in variants]
-        arrays |= packed(f"{kind}_variants", np.array(moves).reshape(len(moves), count, 3), step)
+    row: dict[int, int] = {}  # what several share, or the mirror image of, is kept once
+    rows = [row.setdefault(id(v.moves), len(row)) for v in skin]
+    arrays["skin_variants_row"] = np.array(rows, dtype=np.int32)
+    kept = {id(v.moves): v.moves for v in skin}
+    for kind, moves, count, step in (
+        ("cage", [v.moves for v in cage], shapes[0], CAGE_STEP),
+        ("skin", list(kept.values()), shapes[1], SKIN_STEP),
+    ):
+        stack = np.array([move @ upright for move in moves]).reshape(len(moves), count, 3)
+        arrays |= packed(f"{kind}_variants", stack, step)
     return arrays

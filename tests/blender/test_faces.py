@@ -441,10 +441,11 @@ def test_other_panels_draw_for_added_and_baked_faces(shell):
     assert len(buttons) == 8
     shown = [path for path, _ in Layout.of(face_panel.SKETCHTOFACE_PT_head).props]
     assert shown == ['["gaze_yaw"]', '["gaze_pitch"]'] + ["rotation_euler"] * 6
-    assert Layout.of(face_panel.SKETCHTOFACE_PT_wrinkles).props == [("wrinkles", None)]
+    creases = [("wrinkles", None), ("crease_seed", None)]
+    assert Layout.of(face_panel.SKETCHTOFACE_PT_wrinkles).props == creases
     names = [path for panel in face_panel.CLASSES if "identity_" in panel.bl_idname
              for path, _ in Layout.of(panel).props]  # fmt: skip
-    assert sorted([*names, "wrinkles"]) == sorted(f.name for f in IDENTITY)
+    assert sorted([*names, "wrinkles", "crease_seed"]) == sorted(f.name for f in IDENTITY)
     face.parent.pose.bones["head"].rotation_mode = "QUATERNION"
     assert len(Layout.of(face_panel.SKETCHTOFACE_PT_head).props) == 5
     add(identity_keys=False)

@@ -58,6 +58,8 @@ BUTTONS = {
     "Random Person": "Zufällige Person",
     "Reset": "Zurücksetzen",
     "Reset Person": "Person zurücksetzen",
+    "New Creases": "Neue Falten",
+    "Reset Creases": "Falten zurücksetzen",
     # any rig
     "Apply Expression to Selected": "Ausdruck auf Auswahl übertragen",
     "From Face": "Vom Gesicht",
@@ -306,7 +308,29 @@ FEATURES = {
     "Mouth aside (right or left)": "Mund zur Seite (rechts oder links)",
     "Jaw aside (right or left)": "Kiefer zur Seite (rechts oder links)",
     "Higher ear (right or left)": "Höheres Ohr (rechts oder links)",
+    "Crease pattern": "Faltenmuster",
 }
+
+CREASES = {
+    "Worry lines": "Sorgenfalten",
+    "Frown lines": "Zornesfalten",
+    "Crow's feet": "Krähenfüße",
+    "Nose creases": "Nasenfalten",
+    "Smile folds": "Lachfalten",
+    "Mouth creases": "Mundfalten",
+    "Chin creases": "Kinnfalten",
+    "Lip creases": "Lippenfalten",
+}
+TRAITS = {
+    "depth": "Tiefe",
+    "number": "Anzahl",
+    "place": "Lage",
+    "length": "Länge",
+    "branching": "Verzweigung",
+    "left deeper": "links tiefer",
+}
+FEATURES |= {f"{crease}: {trait}": f"{german}: {word}" for crease, german in CREASES.items()
+             for trait, word in TRAITS.items()}  # fmt: skip
 
 GROUPS = {
     "Character": "Charakter",
@@ -323,6 +347,7 @@ GROUPS = {
     "Neck": "Hals",
     "Own Ways": "Eigenarten",
     "Colors": "Farben",
+    **{english.title().replace("'S", "'s"): german for english, german in CREASES.items()},
 }
 
 # --- points of the face ------------------------------------------------------------------------
@@ -410,7 +435,9 @@ PANELS = {
     "Tweakables": "Stellschrauben",
     "The thesis' table, folded away.": "Die Tabelle der Thesis, eingeklappt.",
     "Wrinkles": "Falten",
-    "How deep the creases are.": "Wie tief die Falten sind.",
+    "How deep the creases are, and which ones this person has.": (
+        "Wie tief die Falten sind, und welche diese Person hat."
+    ),
     "Esc stops it": "Esc bricht ab",
     "Apply to Selected": "Auf Auswahl übertragen",
     "Red speaks for it, blue against it": "Rot spricht dafür, Blau dagegen",
@@ -507,6 +534,12 @@ TOOLTIPS = {
     ),
     "Make the face somebody else; the expression stays": (
         "Aus dem Gesicht jemand anderen machen; der Ausdruck bleibt"
+    ),
+    "Give the person other creases; who it is and what it does stay": (
+        "Der Person andere Falten geben; wer sie ist und was sie tut, bleibt"
+    ),
+    "Give the person everybody's average creases; who it is and what it does stay": (
+        "Der Person die Falten des Durchschnitts geben; wer sie ist und was sie tut, bleibt"
     ),
     "Set every identity slider back; the expression stays": (
         "Alle Regler der Person zurücksetzen; der Ausdruck bleibt"
@@ -621,6 +654,7 @@ OPTIONS = {
     "Seed": "Startwert",
     "Another number, another expression": "Andere Zahl, anderer Ausdruck",
     "Another number, another person": "Andere Zahl, andere Person",
+    "Another number, other creases": "Andere Zahl, andere Falten",
     "Identity Sliders": "Regler der Person",
     "Keep gender, age, ethnicity and features in shape keys: their sliders are quicker, and the "
     "face is heavier": (

@@ -6,7 +6,8 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
-from facs_rig.blender.pose import mover_of
+from facs_rig import folds
+from facs_rig.blender.pose import identity_of, mover_of
 from facs_rig.blender.twin import stand_alone
 
 from ..messages import translation
@@ -123,6 +124,36 @@ class SKETCHTOFACE_OT_plain_person(faces.OnFace, bpy.types.Operator):
         return _become(self, context, {})
 
 
+class SKETCHTOFACE_OT_new_creases(faces.OnFace, bpy.types.Operator):
+    """Give the person other creases; who it is and what it does stay"""
+
+    bl_idname = "sketch_to_face.new_creases"
+    bl_label = "New Creases"
+    bl_options = {"REGISTER", "UNDO"}
+    seed: IntProperty(name="Seed", description="Another number, other creases", min=0, default=1)
+
+    def invoke(self, context, event):
+        """Each press others."""
+        self.seed = random.randrange(1_000_000)
+        return self.execute(context)
+
+    def execute(self, context):
+        """Draw them from the seed."""
+        return _crease(self, context, folds.drawn_creases(np.random.default_rng(self.seed)))
+
+
+class SKETCHTOFACE_OT_plain_creases(faces.OnFace, bpy.types.Operator):
+    """Give the person everybody's average creases; who it is and what it does stay"""
+
+    bl_idname = "sketch_to_face.plain_creases"
+    bl_label = "Reset Creases"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """All of the creases' own sliders back; their depth stays."""
+        return _crease(self, context, {})
+
+
 class SKETCHTOFACE_OT_stand_alone(bpy.types.Operator):
     """Give a linked duplicate a mesh, shape keys and sliders of its own; what it shows stays"""
 
@@ -158,10 +189,18 @@ def _become(operator, context, identity: dict[str, float]) -> set[str]:
     return {"CANCELLED"} if outcome.failed else {"FINISHED"}
 
 
+def _crease(operator, context, creases: dict[str, float]) -> set[str]:
+    who = identity_of(faces.polled_face(context))
+    kept = {name: value for name, value in who.items() if name not in folds.PARAMETERS}
+    return _become(operator, context, {**kept, **creases})
+
+
 CLASSES = (
     MESH_OT_add_facs_face,
     SKETCHTOFACE_OT_random_person,
     SKETCHTOFACE_OT_plain_person,
+    SKETCHTOFACE_OT_new_creases,
+    SKETCHTOFACE_OT_plain_creases,
     SKETCHTOFACE_OT_stand_alone,
 )
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from facs_rig import CONTROLS, IDENTITY, Control, Feature
+from facs_rig import CONTROLS, IDENTITY, Control, Feature, folds
 from facs_rig.blender.armature import HEAD, NECK, ORDER
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import armature_of
@@ -19,7 +19,10 @@ GROUPS = {CHARACTER: "Character", "head": "Head", "forehead": "Forehead", "eyebr
           "eyes": "Eyes", "nose": "Nose", "mouth": "Mouth", "cheek": "Cheeks",
           "chin": "Chin and Jaw", "ears": "Ears", "neck": "Neck",
           "asym": "Left and Right", "actions": "Own Ways", "colours": "Colors"}  # fmt: skip
-WRINKLES = "wrinkles"
+WRINKLES, PATTERN = "wrinkles", folds.SEED
+# Family of creases -> what the group of its sliders is called.
+CREASE_GROUPS = {name: label.title().replace("'S", "'s")
+                 for name, (label, _) in folds.FAMILIES.items()}  # fmt: skip
 # Title and the bone's axis: an upright bone has the core's axes (see facs_rig.blender.armature).
 AXES = (("Turn", 1), ("Nod", 0), ("Tilt", 2))
 
@@ -43,10 +46,10 @@ def slider_rows(region: str) -> list[tuple[Control | None, Control | None, Contr
 
 
 def identity_groups() -> dict[str, list[Feature]]:
-    """Group -> its identity parameters, but for the depth of creases, which is a panel's own."""
+    """Group -> its identity parameters, but for creases, which have their own panels."""
     groups: dict[str, list[Feature]] = {group: [] for group in GROUPS}
     for feature in IDENTITY:
-        if feature.name != WRINKLES:
+        if feature.name not in (WRINKLES, *folds.PARAMETERS):
             groups[feature.part or CHARACTER].append(feature)
     return groups
 
@@ -181,7 +184,7 @@ class SKETCHTOFACE_PT_head(OfFace, bpy.types.Panel):
 
 
 class SKETCHTOFACE_PT_wrinkles(OfFace, bpy.types.Panel):
-    """How deep the creases are."""
+    """How deep the creases are, and which ones this person has."""
 
     bl_idname = "SKETCHTOFACE_PT_wrinkles"
     bl_label = "Wrinkles"
@@ -189,7 +192,14 @@ class SKETCHTOFACE_PT_wrinkles(OfFace, bpy.types.Panel):
 
     def draw(self, context):
         """Part of the person."""
-        self.layout.prop(faces.polled_face(context).sketch_to_face.identity, WRINKLES, slider=True)
+        identity = faces.polled_face(context).sketch_to_face.identity
+        self.layout.prop(identity, WRINKLES, slider=True)
+        row = self.layout.row(align=True)
+        row.operator(people.SKETCHTOFACE_OT_new_creases.bl_idname, text="New Creases",
+                     icon="MOD_NOISE")  # fmt: skip
+        row.operator(people.SKETCHTOFACE_OT_plain_creases.bl_idname, text="Reset Creases",
+                     icon="LOOP_BACK")  # fmt: skip
+        self.layout.prop(identity, PATTERN)
 
 
 class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
@@ -209,9 +219,10 @@ class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
                      icon="LOOP_BACK")  # fmt: skip
 
 
-def _identity_panel(group: str, features: list[Feature]) -> type:
+def _identity_panel(
+    group: str, title: str, names: list[str], parent: str, closed: bool = True
+) -> type:
     """The sub-panel with one group of identity sliders."""
-    names = [feature.name for feature in features]
 
     def draw(self, context):
         column = self.layout.column(align=True)
@@ -222,14 +233,27 @@ def _identity_panel(group: str, features: list[Feature]) -> type:
         f"SKETCHTOFACE_PT_identity_{group}",
         (OfFace, bpy.types.Panel),
         {
-            "__doc__": f"Sliders of the person: {GROUPS[group].lower()}.",
+            "__doc__": f"Sliders of the person: {title.lower()}.",
             "bl_idname": f"SKETCHTOFACE_PT_identity_{group}",
-            "bl_parent_id": SKETCHTOFACE_PT_identity.bl_idname,
-            "bl_label": GROUPS[group],
-            "bl_options": set() if group == CHARACTER else {"DEFAULT_CLOSED"},
+            "bl_parent_id": parent,
+            "bl_label": title,
+            "bl_options": {"DEFAULT_CLOSED"} if closed else set(),
             "draw": draw,
         },
     )
+
+
+def _crease_panel(family: str) -> type:
+    """The sub-panel with one family of creases."""
+    names = [f"{family}_{trait}" for trait in folds.TRAITS]
+    title = CREASE_GROUPS[family]
+    return _identity_panel(f"{family}_creases", title, names, SKETCHTOFACE_PT_wrinkles.bl_idname)
+
+
+def _feature_panel(group: str, features: list[Feature]) -> type:
+    """The sub-panel with one group of features."""
+    names, parent = [feature.name for feature in features], SKETCHTOFACE_PT_identity.bl_idname
+    return _identity_panel(group, GROUPS[group], names, parent, group != CHARACTER)
 
 
 CLASSES = (
@@ -237,6 +261,7 @@ CLASSES = (
     *(_region_panel(region, label) for region, label in REGIONS.items()),
     SKETCHTOFACE_PT_head,
     SKETCHTOFACE_PT_wrinkles,
+    *(_crease_panel(family) for family in folds.FAMILIES),
     SKETCHTOFACE_PT_identity,
-    *(_identity_panel(group, features) for group, features in identity_groups().items()),
+    *(_feature_panel(group, features) for group, features in identity_groups().items()),
 )

@@ -20,6 +20,7 @@ from facs_rig.blender.keys import FITTED
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
+from facs_rig.folds import SEED
 
 from . import sources
 
@@ -53,8 +54,8 @@ def _identity_property(feature):
         min=feature.minimum,
         max=feature.maximum,
         default=feature.default,
-        precision=2,
-        step=5,
+        precision=0 if feature.name == SEED else 2,
+        step=100 if feature.name == SEED else 5,
         get=get,
         set=put,
         options=set(),  # not animated: an expression is, a person is not
