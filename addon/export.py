@@ -116,7 +116,7 @@ def morph_targets(
     looking = FaceParameters({}, who, gaze=parameters.gaze)
     worn = FaceParameters(parameters.aus, who, gaze=parameters.gaze)
     if names == "arkit":
-        moves = np.concatenate([rig.arkit_deltas, rig.moves([(worn, looking)])])
+        moves = np.concatenate([rig.arkit_deltas_of(who), rig.moves([(worn, looking)])])
         keys = ARKIT_NAMES
     else:
         plain = FaceParameters({}, who)

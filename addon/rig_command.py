@@ -30,6 +30,7 @@ examples:
   sketch2face rig --sheet controls.png                    every control at 0, 2.5 and 5
   sketch2face rig --sheet lips.png --only purse pucker --size 320 --drawn
   sketch2face rig -o face.glb --au smile=4 --au squint=2 --identity age=0.8 --head=-20,5,0
+  sketch2face rig -o manga.glb --person manga --au smile=4 --identity eye_size=2.8
   sketch2face rig -o face.fbx --expression joy.json --names arkit
 """
 
@@ -97,6 +98,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
 
     parser.add_argument(
+        "--person",
+        metavar="NAME",
+        help="a stylised person to start from, for --sheet and -o: comic, manga, chibi … (--list)",
+    )
+    parser.add_argument(
         "--identity",
         metavar="NAME=VALUE",
         action="append",
@@ -121,8 +127,9 @@ def run(options: argparse.Namespace) -> int:
         for name in names:
             if getattr(options, name) and not asked:
                 raise InputError(f"--{name} belongs to {job}; add that.")
-    if options.identity and not (options.sheet or options.output):
-        raise InputError("--identity belongs to --sheet OUT.png or -o FACE; add one of them.")
+    for name in ("identity", "person"):
+        if getattr(options, name) and not (options.sheet or options.output):
+            raise InputError(f"--{name} belongs to --sheet OUT.png or -o FACE; add one of them.")
     if options.sheet:
         return _sheet(options)
     if options.output:
@@ -136,6 +143,7 @@ def run(options: argparse.Namespace) -> int:
 def catalogue() -> dict[str, Any]:
     """Controls and identity parameters with all that is known of them, for JSON."""
     from facs_rig import CONTROLS, IDENTITY
+    from facs_rig.stylised import PRESETS
 
     return {
         "controls": [
@@ -159,9 +167,11 @@ def catalogue() -> dict[str, Any]:
                 "minimum": f.minimum,
                 "maximum": f.maximum,
                 "default": f.default,
+                "style": f.style and list(f.style),
             }
             for f in IDENTITY
         ],
+        "people": [{"name": p.name, "label": p.label, "identity": p.identity} for p in PRESETS],
         "counts": dict(Counter(c.region for c in CONTROLS)),
     }
 
@@ -182,7 +192,10 @@ def _list(as_json: bool) -> int:
     print(f"{len(table['identity'])} identity parameters:")
     for f in table["identity"]:
         limits = f"{f['minimum']:g} to {f['maximum']:g}, default {f['default']:.3g}"
-        print(f"  {f['name']:<22}{limits:<25}{f['label']}")
+        far = f"  (stylised: {f['style'][0]:g} to {f['style'][1]:g})" if f["style"] else ""
+        print(f"  {f['name']:<22}{limits:<25}{f['label']}{far}")
+    print(f"{len(table['people'])} stylised people, for --person:")
+    print(f"  {' '.join(p['name'] for p in table['people'])}")
     return 0
 
 
@@ -193,7 +206,7 @@ def _sheet(options: argparse.Namespace) -> int:
     from facs_rig.common.files import Outputs, check_output
 
     check_output(options.sheet, (".png",))
-    identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
+    identity = _identity(options)
 
     from addon import sheet
     from facs_rig import CONTROL_NAMES, load_rig
@@ -261,7 +274,7 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
     if options.expression:
         start = expressions.read(options.expression)
     aus = dict(assignment(text, "--au", "smile=5") for text in options.au or ())
-    identity = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
+    identity = _identity(options)
     turns: Mapping[str, Any] = {
         part: _angles(getattr(options, part), part, names)
         for part, names in expressions.TURNS.items()
@@ -272,6 +285,14 @@ def _parameters(options: argparse.Namespace) -> FaceParameters:
     )
     expressions.check(posed)
     return posed
+
+
+def _identity(options: argparse.Namespace) -> dict[str, float]:
+    """Who the options name: the stylised person, then what is changed of him."""
+    from facs_rig.stylised import preset
+
+    named = dict(assignment(text, "--identity", "age=0.8") for text in options.identity or ())
+    return {**(preset(options.person) if options.person else {}), **named}
 
 
 def _angles(text: str, part: str, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -24,6 +24,7 @@ from fit_pictures import (
 from numpy.typing import NDArray
 from PIL import Image
 from sphere_picture import sphere_example
+from style_pictures import stylised_people
 
 from addon.sheet import (
     KINDS,
@@ -210,6 +211,11 @@ def features() -> None:
                 for v in (feature.minimum, feature.maximum)]  # fmt: skip
         blocks.append(captioned(np.concatenate(ends, axis=1), feature.name))
     save("face_features.png", grid(blocks, 7, gap=8))
+
+
+def styles() -> None:
+    """Stylised people."""
+    save("face_styles.png", stylised_people())
 
 
 def layers() -> None:
@@ -413,8 +419,8 @@ def sphere() -> None:
     save("sphere.png", sphere_example(), few_colours=False)  # a palette would grey the thin lines
 
 
-FACE = (contact_sheets, pairs, identities, face_variants, features, gaze, layers, one_sided,
-        random_faces, extremes, own_creases, turned)  # fmt: skip
+FACE = (contact_sheets, pairs, identities, face_variants, features, styles, gaze, layers,
+        one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
                                     sphere, engraved)}  # fmt: skip

@@ -87,15 +87,19 @@ def made_of(control: Control) -> str:
 
 def identity() -> str:
     """The identity's parameters, grouped by the part of the head."""
-    out = ["| parameter | what it is | from | to | default |", "|---|---|---|---|---|"]
+    out = [
+        "| parameter | what it is | from | to | default | stylised |",
+        "|---|---|---|---|---|---|",
+    ]
     for folder, title in FOLDERS.items():
         for f in (f for f in IDENTITY if f.part == folder):
             limits = f"{f.minimum:g} | {f.maximum:g} | {f.default:.3g}"
-            out.append(f"| `{f.name}` | {title}: {f.label} | {limits} |")
-    out.append(f"| `{folds.SEED}` | Creases: Crease pattern | 0 | {folds.SEEDS} | 0 |")
+            far = f"{f.style[0]:g} to {f.style[1]:g}" if f.style else ""
+            out.append(f"| `{f.name}` | {title}: {f.label} | {limits} | {far} |")
+    out.append(f"| `{folds.SEED}` | Creases: Crease pattern | 0 | {folds.SEEDS} | 0 |  |")
     for family, (label, _) in folds.FAMILIES.items():
         names = ", ".join(f"`{family}_{trait}`" for trait in folds.TRAITS)
-        out.append(f"| {names} | Creases: {label} | -1 | 1 | 0 |")
+        out.append(f"| {names} | Creases: {label} | -1 | 1 | 0 |  |")
     return "\n".join(out)
 
 

@@ -87,7 +87,10 @@ def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDAr
     place = {feature.name: k for k, feature in enumerate(FEATURES)}
     for row, name in enumerate(names):
         feature, here = BY_NAME[name], known[name]
-        low, high = max(here - STEP, feature.span[0]), min(here + STEP, feature.span[1])
+        least, most = feature.minimum, feature.maximum  # of people, as long as this is one
+        if not least <= here <= most:
+            least, most = feature.span
+        low, high = max(here - STEP, least), min(here + STEP, most)
         ends = ({**known, name: x} for x in (low, high))
         if name in place and feature.minimum <= low and high <= feature.maximum:
             # The weights of its own two ends are -x and x, where they are above 0.

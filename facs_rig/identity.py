@@ -66,11 +66,24 @@ _REACH = {
     "cheekbones": (0.8, 0.7), "cheek_volume": (0.8, 0.7), "chin_height": (0.8, 0.6),
 }  # fmt: skip
 
+# How far stylised people go. Eyes are 2.5 times as large at 3, a nose is a third as wide at -3;
+# what a step beyond 1 or -1 does is said by the fields of facs_rig.baking.warps.
+_STYLE = {
+    "head_width": (-3, 3), "head_height": (-3, 3), "head_shape": (-3, 3),
+    "forehead_height": (-2, 3), "eye_size": (-1.6, 3), "eye_spacing": (-2, 3),
+    "eye_height": (-2.5, 2.5), "eye_opening": (-1, 2), "brow_height": (-2, 3),
+    "nose_length": (-2, 3), "nose_width": (-3, 4), "nose_depth": (-3, 4), "nose_tip_width": (-2, 3),
+    "mouth_width": (-2.5, 2.5), "mouth_height": (-2, 2), "upper_lip": (-2, 3), "lower_lip": (-2, 3),
+    "cheek_volume": (-2, 3), "chin_height": (-2, 3), "chin_width": (-2.5, 3),
+    "chin_forward": (-2, 3), "jaw_width": (-2.5, 3.5), "ear_size": (-2.5, 3),
+    "neck_girth": (-3, 3),
+}  # fmt: skip
+
 
 def _feature(name: str, label: str, folder: str, stem: str, low: str, high: str) -> Feature:
     path = f"{folder}/{stem}-" if stem else f"{folder}/"
-    reach = _REACH.get(name, (1.0, 1.0))
-    return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high, reach)
+    reach, style = _REACH.get(name, (1.0, 1.0)), _STYLE.get(name)
+    return Feature(name, label, -1.0, 1.0, 0.0, path + low, path + high, reach, style)
 
 
 PEOPLE: tuple[Feature, ...] = (
@@ -201,18 +214,19 @@ DETAILS: dict[str, Callable[[Mapping[str, float]], float]] = {
 STYLED = tuple(f for f in FEATURES if f.style)
 
 
-def _ends(features: tuple[Feature, ...], kind: str = "") -> tuple[str, ...]:
-    return tuple(f"{f.name} {kind}{end}" for f in features for end in ("low", "high"))
+def _ends(features: tuple[Feature, ...]) -> tuple[str, ...]:
+    return tuple(f"{f.name} {end}" for f in features for end in ("low", "high"))
 
 
 # A name for each weight of `target_weights`, for Blender's shape keys: macro targets, the two
 # ends of asymmetries and features, what is stylised of these; that moves the cage; and details of
 # the fine skin.
 _MACRO = tuple(name.split("/")[-1] for name in macro_targets())
-CAGE_KEYS = (*_MACRO, *_ends(ASYMMETRY), *_ends(FEATURES), *_ends(STYLED, "stylised "))
+_STYLED = tuple(f"{f.name} stylised" for f in STYLED)
+CAGE_KEYS = (*_MACRO, *_ends(ASYMMETRY), *_ends(FEATURES), *_STYLED)
 IDENTITY_KEYS = (*CAGE_KEYS, *DETAILS)
 CAGE_TARGETS = len(CAGE_KEYS)
-STYLES = slice(CAGE_TARGETS - 2 * len(STYLED), CAGE_TARGETS)
+STYLES = slice(CAGE_TARGETS - len(STYLED), CAGE_TARGETS)
 ENDS = slice(STYLES.start - 2 * len(FEATURES), STYLES.start)
 
 
@@ -242,8 +256,10 @@ def target_weights(identity: Mapping[str, float]) -> NDArray[np.float64]:
     asymmetry, values = (np.array([p[f.name] for f in table]) for table in (ASYMMETRY, FEATURES))
     human = np.clip(values, -1, 1)
     styles = (values - human)[_STYLED_AT]
-    ends = (_two_ends(part) for part in (asymmetry, human, styles))
-    return np.concatenate([macro_weights(p), *ends, detail_weights(p)])
+    if styles.any():
+        styles = _with_room(styles, p)
+    ends = (_two_ends(part) for part in (asymmetry, human))
+    return np.concatenate([macro_weights(p), *ends, styles, detail_weights(p)])
 
 
 def detail_weights(known: Mapping[str, float]) -> NDArray[np.float64]:
@@ -257,3 +273,22 @@ _STYLED_AT = np.array([FEATURES.index(f) for f in STYLED], dtype=int)
 def _two_ends(values: NDArray) -> NDArray[np.float64]:
     """(2k,) how far values (k,) are below 0 and above it, in turn."""
     return np.stack([np.maximum(-values, 0), np.maximum(values, 0)], axis=1).ravel()
+
+
+# What brings the eyeballs nearer to each other, in millimetres for each step: of stylised features
+# upward, of people's downward; and how much nearer they may come with a nose between them.
+_NARROWER = {"eye_spacing": -6.0, "head_width": -3.3, "eye_size": 1.7}
+_NARROW = {"eye_spacing": 3.4, "head_width": 4.4}
+_ROOM = 10.0
+
+
+def _with_room(styles: NDArray, known: Mapping[str, float]) -> NDArray[np.float64]:
+    """Steps (styles,) beyond the human range of which none pushes the eyes into each other."""
+    steps = dict(zip((f.name for f in STYLED), styles.tolist(), strict=True))
+    nearer = {name: max(_NARROWER[name] * steps[name], 0.0) for name in _NARROWER}
+    room = _ROOM - sum(mm * min(max(-known[name], 0.0), 1.0) for name, mm in _NARROW.items())
+    given = sum(nearer[name] for name in _NARROW)
+    most = max(room - nearer["eye_size"], 0.0)
+    share = min(1.0, most / given) if given > 0 else 1.0
+    held = {name: steps[name] * share for name in _NARROW if nearer[name] > 0}
+    return np.array([held.get(f.name, step) for f, step in zip(STYLED, styles, strict=True)])

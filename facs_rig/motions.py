@@ -15,9 +15,16 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from .identity import CAGE_TARGETS, STYLES, target_weights
+from .identity import CAGE_TARGETS, STYLED, STYLES, target_weights
 from .moves import compressed, dense, entries, shared, sparse
 from .variants import variant_weights
+
+# Where fields squeeze space, movements shrink, but none is turned around.
+LEAST_GROWN = 0.2
+_HEAD_AND_EYES = (-5, -3, -2)  # rows of these joints behind the cage's vertices
+MIDDLE = 0.0155  # metres from the middle, within which a vertex belongs to both eyes
+_OF_EYES = np.array([f.name.startswith("eye_") for f in STYLED])
+_DEFAULT = target_weights({})[:CAGE_TARGETS].astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -27,7 +34,8 @@ class Motions:
     targets : (t, 3M) and details : (d, 3u) sparse, the identity's on cage and skin;
     cage_keys : (k, 3M);  skin_keys : (c, 3u) sparse;  skin_at : (u,) fine vertices of the skin;
     cage_variants : (v, 3M) and skin_variants : (w, 3u), sparse;  parents : (v + w,) their keys;
-    growth : (styles, 3M) and skin_growth : (styles, 3u), how much more keys move for each style
+    growth : (styles, 3M) and skin_growth : (styles, 3u), how much more keys move for each style;
+    left : (M,) how far a vertex is on the face's left, 0 to 1
     """
 
     targets: NDArray[np.float32]
@@ -41,6 +49,7 @@ class Motions:
     variant_names: tuple[str, ...]
     growth: NDArray[np.float32]
     skin_growth: NDArray[np.float32]
+    left: NDArray[np.float32]
 
     @property
     def split(self) -> int:
@@ -69,7 +78,44 @@ class Motions:
         """(b, 3M) what the identity moves the cage by and (b, 3u) the skin, None for nothing."""
         on_skin = who.targets[:, CAGE_TARGETS:]
         skin = _sparse_sum(on_skin, self.details) if on_skin.any() else None
-        return _sum(who.targets[:, :CAGE_TARGETS], self.targets), skin
+        cage = _sum(who.targets[:, :CAGE_TARGETS], self.targets)
+        some = np.flatnonzero(who.targets[:, STYLES].any(axis=1))
+        if len(some):
+            cage[some] += self.stretched(who.targets[some])
+            if skin is not None:
+                skin[some] *= self._grown(who.targets[some], self.skin_growth)
+        return cage, skin
+
+    def stretched(self, targets: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(b, 3M) how much more a stylised person's own features move the cage than another's.
+
+        Around an eye they are what the ball's place leaves: lids open as far as the eye is large,
+        but an eye of twice the size does not stand twice as far out. targets : (b, targets)
+        """
+        own = targets[:, :CAGE_TARGETS] - _DEFAULT
+        own[:, STYLES] *= ~self.growth.any(axis=1)
+        features = _sum(own, self.targets).reshape(len(own), -1, 3)
+        head, *eyes = (features[:, [k]] for k in _HEAD_AND_EYES)
+        moved = (self._grown(targets, self.growth) - 1).reshape(features.shape)
+        of_eyes = (targets[:, STYLES][:, _OF_EYES] @ self.growth[_OF_EYES]).reshape(features.shape)
+        left = self.left[:, None]
+        centre = left * eyes[0] + (1 - left) * eyes[1]
+        return (moved * (features - head) - of_eyes * (centre - head)).reshape(len(own), -1)
+
+    def details_of(self, targets: NDArray[np.float32]) -> sp.csr_matrix:
+        """(d, 3u) the details of one person, of targets (1, t)."""
+        if not targets[:, STYLES].any():
+            return self.details
+        return self.details.multiply(self._grown(targets, self.skin_growth)).tocsr()
+
+    def grown(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        """(1, 3M) times as far that what moves the cage moves it in this person."""
+        return self._grown(target_weights(identity).astype(np.float32)[None], self.growth)
+
+    @staticmethod
+    def _grown(targets: NDArray, growth: NDArray) -> NDArray[np.float32]:
+        """(b, k) times as far that what moves a person of these targets moves."""
+        return np.maximum(1 + targets[:, STYLES] @ growth, LEAST_GROWN)
 
     def expression(
         self, who: Who, values: NDArray[np.float32]
@@ -84,10 +130,10 @@ class Motions:
             cage += _sparse_sum(amounts[:, :count], self.cage_variants)
             if skin is not None:
                 skin += _sparse_sum(amounts[:, count:], self.skin_variants)
-        if (styles := who.targets[:, STYLES]).any():
-            cage *= 1 + styles @ self.growth
+        if who.stylised:
+            cage *= self._grown(who.targets, self.growth)
             if skin is not None:
-                skin *= 1 + styles @ self.skin_growth
+                skin *= self._grown(who.targets, self.skin_growth)
         return cage, skin
 
     def keys_of(self, who: Who) -> tuple[NDArray[np.float32], sp.csr_matrix]:
@@ -101,9 +147,9 @@ class Motions:
             count = self.cage_variants.shape[0]
             cage = cage + (share[: self.split, :count] @ self.cage_variants).toarray()
             skin = (skin + share[self.split :, count:] @ self.skin_variants).tocsr()
-        if (styles := who.targets[0, STYLES]).any():
-            cage = cage * (1 + styles @ self.growth)
-            skin = skin.multiply(1 + styles @ self.skin_growth).tocsr()
+        if who.stylised:
+            cage = cage * self._grown(who.targets[:1], self.growth)
+            skin = skin.multiply(self._grown(who.targets[:1], self.skin_growth)).tocsr()
         return cage, skin
 
 
@@ -118,7 +164,12 @@ class Who:
     @property
     def default_keys(self) -> bool:
         """Whether the keys of all of them are those of the default person."""
-        return not (self.variants.any() or self.targets[:, STYLES].any())
+        return not (self.variants.any() or self.stylised)
+
+    @property
+    def stylised(self) -> bool:
+        """Whether any of them is."""
+        return bool(self.targets[:, STYLES].any())
 
     def same_keys(self, other: Who) -> bool:
         """Whether these people and others have the same keys."""
@@ -127,8 +178,9 @@ class Who:
         )
 
 
-def read_motions(arrays: Mapping[str, NDArray], cage: int, matrix: sp.csr_matrix) -> Motions:
-    """From the asset's arrays. cage : M, vertices and joints;  matrix : (n, m) refinement."""
+def read_motions(arrays: Mapping[str, NDArray], matrix: sp.csr_matrix) -> Motions:
+    """From the asset's arrays. matrix : (n, m) refinement."""
+    cage = len(arrays["base"])  # M, vertices and joints
     skin_at, (details, skin_keys, skin_variants) = compressed(
         [
             entries(arrays, "details"),
@@ -150,6 +202,7 @@ def read_motions(arrays: Mapping[str, NDArray], cage: int, matrix: sp.csr_matrix
         parents=arrays["variant_parents"].astype(np.intp),
         variant_names=tuple(map(str, arrays["variant_names"])),
         growth=growth,
+        left=np.clip((arrays["base"][:, 0] / MIDDLE + 1) / 2, 0, 1).astype(np.float32),
         skin_growth=np.array(on_skin, np.float32).reshape(len(growth), 3 * len(skin_at)),
     )
 

@@ -70,7 +70,7 @@ class FaceRig:
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
         # Controls and helpers move the cage, creases the skin itself.
-        self.motions = read_motions(arrays, len(self._base), self._matrix)
+        self.motions = read_motions(arrays, self._matrix)
         self.keys = tuple(
             Key(str(name), str(text))
             for name, text in zip(arrays["key_names"], arrays["key_expressions"], strict=True)
@@ -172,6 +172,16 @@ class FaceRig:
         cage = self._refined(stack[:, : self._m] - stack[:, self._m : self._m + 1])
         return np.concatenate([cage, self._on_skin(self.motions.details)])
 
+    def stretched(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        """(n, 3) metres that a stylised person's features move the face beyond their sum."""
+        targets = self.motions.who([identity]).targets
+        moves = self.motions.stretched(targets).reshape(1, -1, 3)
+        out = self._refined(moves[:, : self._m] - moves[:, self._m : self._m + 1])[0]
+        details = targets[0, CAGE_TARGETS:]
+        more = self.motions.details_of(targets) - self.motions.details
+        out[self.motions.skin_at] += (more.T @ details).reshape(-1, 3)
+        return out
+
     @cached_property
     def landmark_moves(self) -> NDArray[np.float32]:
         """(features, landmarks, 3) metres that each of identity.FEATURES at 1 moves a landmark.
@@ -205,17 +215,21 @@ class FaceRig:
         cage; the cage and its movements (m, 1 + cage targets + cage keys, 3); the vertices (u,)
         of the skin that move by themselves, and how (u, details + skin keys, 3).
 
-        identity : whose keys; the default person's if None"""
+        identity : whose keys, and whose features stretch what is stylised; the default person's if
+        None"""
         who = self.motions.who([identity or {}])
         cage, skin = self._default_parts if who.default_keys else self._parts(who)
         return self._matrix, cage, self.motions.skin_at, skin
 
     def _parts(self, who: Who) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         keys, creases = self.motions.keys_of(who)
-        moves = np.concatenate([self._base.reshape(1, -1), self.motions.targets, keys])
+        base = self._base.reshape(1, -1)
+        if who.stylised:
+            base = base + self.motions.stretched(who.targets)
+        moves = np.concatenate([base, self.motions.targets, keys])
         moves = moves.reshape(len(moves), -1, 3)
         moves = moves[:, : self._m] - moves[:, self._m : self._m + 1]
-        skin = sp.vstack([self.motions.details, creases]).toarray()
+        skin = sp.vstack([self.motions.details_of(who.targets), creases]).toarray()
         skin = skin.reshape(len(skin), len(self.motions.skin_at), 3)
         by_vertex = [np.ascontiguousarray(part.transpose(1, 0, 2)) for part in (moves, skin)]
         return by_vertex[0], by_vertex[1].astype(np.float32)
@@ -272,8 +286,17 @@ class FaceRig:
 
     @cached_property
     def arkit_deltas(self) -> NDArray[np.float32]:
-        """(52, n, 3) movement in metres of each of controls.ARKIT_NAMES at 1."""
-        cage = dense(*self._arkit, len(self._base))
+        """(52, n, 3) movement in metres of each of controls.ARKIT_NAMES at 1, default identity."""
+        return self._arkit_of({})
+
+    def arkit_deltas_of(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        """(52, n, 3) the same for a person: as far as what is stylised has grown. Not to be written
+        to. InputError for what no person can be."""
+        who = self.motions.who([identity])
+        return self._arkit_of(identity) if who.stylised else self.arkit_deltas
+
+    def _arkit_of(self, identity: Mapping[str, float]) -> NDArray[np.float32]:
+        cage = dense(*self._arkit, len(self._base)) * self.motions.grown(identity)
         return self._refined(cage.reshape(len(cage), -1, 3)[:, : self._m])
 
     def _refined(self, cages: NDArray) -> NDArray[np.float32]:

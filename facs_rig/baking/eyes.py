@@ -36,6 +36,7 @@ SIGNS = {"left": 1, "right": -1}  # of x on the face's own left and right
 EYE_JOINTS = {"left": JOINTS.index("l-eye"), "right": JOINTS.index("r-eye")}
 ARKIT_LOOK = 28.0  # degrees that the eyes turn at 1 of ARKit's eyeLook units
 BALL_RADIUS = 0.0143  # metres, in the plain face
+OPENED = -0.45, -0.2  # shares of the opening by which stylised upper and lower lids are wider
 WIDE_OPEN = 0.15  # quantile along the lid: a blink must close the widest place of an identity's eye
 
 
@@ -154,6 +155,13 @@ def lids_of_controls(
     return upper, lower
 
 
+def lids_opened(cage: NDArray, fields: dict[str, LidField]) -> tuple[NDArray, float]:
+    """(m, 3) metres that the lids of stylised people stand farther apart, on the ball all the
+    same, and how far that closes them: less than not at all. cage : (m, 3) the plain face"""
+    moves = sum(field.turned(cage, *OPENED) - cage for field in fields.values())
+    return moves, sum(OPENED)
+
+
 def lids_of_arkit(
     source: Source,
     plain: NDArray,
@@ -185,7 +193,7 @@ def lids_of_arkit(
             shares[f"eyeLook{way}{end}"] = UPPER_FOLLOWS * degrees, LOWER_FOLLOWS * degrees
         deltas = lid_deltas(plain[:m], field)
         for name, (up, low) in shares.items():
-            arcs = 4 * low * (1 - low), 4 * up * (1 - up)
+            arcs = 2 * low * (1 - low), 2 * up * (1 - up)
             move = np.tensordot([low, up, *arcs], deltas, axes=1)
             units[ARKIT_NAMES.index(name), :m] += move
     return units

@@ -39,6 +39,7 @@ from .eyes import (
     lid_fields,
     lids_of_arkit,
     lids_of_controls,
+    lids_opened,
     round_rows,
 )
 from .lashes import lashes
@@ -51,6 +52,7 @@ from .people import read_people
 from .strands import Hairs, add_hairs, carry_hairs, mirror_cage
 from .uv import carried_uv, hair_uv, uv_arrays
 from .variants import Variant, variant_arrays
+from .warps import OPENING, warps
 
 # Entries of the refinement below this are what is left where numbers cancel, 1e-15 and less, and
 # which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
@@ -106,7 +108,6 @@ def bake(data: Path) -> dict[str, NDArray]:
     own_ways = action_variants(source, people.plain, controls, rims, mouth)
     arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
     sizes = len(people.base), mesh.matrix.shape[0]
-    growth = np.zeros((2 * len(STYLED), *people.base.shape))
 
     plain = people.plain
     origin = plain[m + JOINTS.index("head")]
@@ -124,6 +125,9 @@ def bake(data: Path) -> dict[str, NDArray]:
     for name, fold in creased.rest.items():
         details[list(DETAILS).index(name)] = fold
     upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
+    opened, wider = lids_opened(plain[:m], fields)
+    stylised, growth = warps((plain - origin) @ upright, m, opened @ upright)
+    lid_rest = np.append(lid_rest, [wider * (f.name == OPENING) for f in STYLED])
     arrays = {
         "key_names": np.array([key.name for key in (*keys, *creased.keys)]),
         "key_expressions": np.array([key.expression for key in (*keys, *creased.keys)]),
@@ -142,7 +146,7 @@ def bake(data: Path) -> dict[str, NDArray]:
         "weights": follow_weights(source, mesh).astype(np.float32),
         "mirror": mirror,
         "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
-        **packed("identity", people.deltas @ upright),
+        **packed("identity", np.concatenate([people.deltas @ upright, stylised])),
         **packed("cage_keys", moves @ upright),
         **packed("creases", creased.moves @ upright),
         **packed("details", details @ upright),

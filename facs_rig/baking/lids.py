@@ -24,6 +24,9 @@ RIM = np.radians(5.0)  # skin that counts as the rim itself
 RIM_FADE = np.radians(26.0)  # beyond the rim, where the controls' own movement is back
 # How far lids go, as shares of the opening: wide open, and the lower lid's highest place.
 WIDEST, LOWER_DOWN, LOWER_UP = -0.55, -0.45, 0.55
+# Eyes that are wide open at rest, as stylised ones are: how far they open at all, and how far open
+# the arc takes them to be when they open more.
+WIDER, OPENER = -0.8, -0.6
 # How far lids follow the eye: shares of the opening for each degree that it looks down.
 UPPER_FOLLOWS, LOWER_FOLLOWS = 0.019, -0.012
 # Blink is set, not measured: it closes the eye, a little from below.
@@ -226,12 +229,14 @@ def lid_keys(
 
     low, up = f"lid_lower_{side}", f"lid_upper_{side}"
     raised = f"min(max({total(lower, LOWER_FOLLOWS)},{LOWER_DOWN}),{LOWER_UP})"
-    upper_value = f"min(max({total(upper, UPPER_FOLLOWS)},{WIDEST})*(1-lid_rest),1-lid_rest-{low})"
+    opened = f"max(max({total(upper, UPPER_FOLLOWS)},{WIDEST})*(1-lid_rest),{WIDER})"
+    upper_value = f"min({opened},1-lid_rest-{low})"
+    farther = f"(lid_rest*max({up},0)+max(lid_rest,{OPENER})*min({up},0))"
     return (
         Key(low, f"{raised}*min(1,1-lid_rest)"),
         Key(up, upper_value),
-        Key(f"{low}_arc", f"4*{low}*(1-{low}-lid_rest)"),
-        Key(f"{up}_arc", f"4*{up}*(1-{up}-2*lid_rest)"),
+        Key(f"{low}_arc", f"2*{low}*(1-{low}-lid_rest)"),
+        Key(f"{up}_arc", f"2*{up}*(1-{up})-4*{farther}"),
     )
 
 
@@ -244,5 +249,5 @@ def lid_deltas(cage: NDArray, field: LidField) -> NDArray[np.float64]:
     for upper, lower in ((0.0, 1.0), (1.0, 0.0)):
         whole = field.turned(cage, upper, lower) - cage
         half = field.turned(cage, upper / 2, lower / 2) - cage
-        out.append((whole, half - whole / 2))
+        out.append((whole, 2 * half - whole))
     return np.stack([out[0][0], out[1][0], out[0][1], out[1][1]])

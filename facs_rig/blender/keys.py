@@ -27,6 +27,7 @@ from facs_rig.rig import FaceRig
 BASIS, FITTED = "Basis", "Fitted"
 GAZE = ("gaze_yaw", "gaze_pitch")
 WIDEST = 10.0  # the largest value that Blender lets a shape key have
+FARTHEST = 3.0  # that an identity key goes from the default person, either way
 
 # name -> (least, most, where a slider begins and ends, tooltip)
 _OTHERS = {
@@ -93,10 +94,10 @@ def add_keys(
         yield
     if identity_keys:
         for name, delta in zip(IDENTITY_KEYS, rig.identity_deltas, strict=True):
-            add_key(face, name, moved(neutral, delta), -1.0, 1.0)
+            add_key(face, name, moved(neutral, delta), -FARTHEST, FARTHEST)
             yield
     if arkit:
-        for name, delta in zip(ARKIT_NAMES, rig.arkit_deltas, strict=True):
+        for name, delta in zip(ARKIT_NAMES, rig.arkit_deltas_of(identity), strict=True):
             add_key(face, name, moved(neutral, delta), 0.0, 1.0)
             yield
     if offsets is not None:

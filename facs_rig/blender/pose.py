@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from facs_rig.blender.armature import (
     EYES,
@@ -26,8 +27,8 @@ from facs_rig.blender.arrays import read_key, write_key
 from facs_rig.blender.keys import GAZE, moved
 from facs_rig.blender.materials import write_looks
 from facs_rig.common.errors import InputError
-from facs_rig.controls import CONTROL_NAMES
-from facs_rig.identity import IDENTITY, IDENTITY_KEYS, check_identity, target_weights
+from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES
+from facs_rig.identity import IDENTITY, IDENTITY_KEYS, STYLES, check_identity, target_weights
 from facs_rig.keys import PROPERTIES
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
@@ -249,7 +250,7 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
         )
     blocks = face.data.shape_keys.key_blocks
     before, after = (rig.motions.who([who]) for who in (identity_of(face), identity))
-    if not before.same_keys(after):
+    if before.stylised or after.stylised or not before.same_keys(after):
         _write_own_keys(face, rig, identity)
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
@@ -266,10 +267,27 @@ def _write_own_keys(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str,
             "person's; make it and its mesh local"
         )
     basis = read_key(mesh.shape_keys.reference_key)
-    for key, delta in zip(rig.keys, rig.key_deltas_of(identity), strict=True):
-        write_key(mesh.shape_keys.key_blocks[key.name], moved(basis, delta))
+    blocks = mesh.shape_keys.key_blocks
+    own = dict(zip((key.name for key in rig.keys), rig.key_deltas_of(identity), strict=True))
+    own |= _styles_of(rig, identity)
+    if all(name in blocks for name in ARKIT_NAMES):
+        own |= dict(zip(ARKIT_NAMES, rig.arkit_deltas_of(identity), strict=True))
+    for name, delta in own.items():
+        write_key(blocks[name], moved(basis, delta))
     mesh.update()
     mesh.shape_keys.update_tag()
+
+
+def _styles_of(rig: FaceRig, identity: Mapping[str, float]) -> dict[str, NDArray]:
+    """Key of a stylised feature -> its offsets (n, 3). Keys only add up: what more a person's
+    features do where space was stretched is in the key that is farthest on."""
+    weights = target_weights(identity)
+    moves = {IDENTITY_KEYS[k]: rig.identity_deltas[k] for k in range(*STYLES.indices(len(weights)))}
+    strongest = STYLES.start + int(np.abs(weights[STYLES]).argmax())
+    if weights[strongest]:
+        name = IDENTITY_KEYS[strongest]
+        moves[name] = moves[name] + rig.stretched(identity) / weights[strongest]
+    return moves
 
 
 def write_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, float]) -> None:

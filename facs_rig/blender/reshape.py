@@ -157,7 +157,7 @@ def _deltas(
     moves = rig.key_deltas_of(identity)
     out = {key.name: delta for key, delta in zip(rig.keys, moves, strict=True)}
     if all(name in face.data.shape_keys.key_blocks for name in ARKIT_NAMES):
-        out |= dict(zip(ARKIT_NAMES, rig.arkit_deltas, strict=True))
+        out |= dict(zip(ARKIT_NAMES, rig.arkit_deltas_of(identity), strict=True))
     return out
 
 

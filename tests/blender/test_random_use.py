@@ -21,6 +21,7 @@ bpy = pytest.importorskip("bpy")
 from facs_rig import CONTROL_NAMES, IDENTITY, LANDMARKS, FaceParameters  # noqa: E402
 from facs_rig.blender.pose import armature_of, check_face, is_face  # noqa: E402
 from facs_rig.expressions import dumps  # noqa: E402
+from facs_rig.stylised import PRESET_NAMES  # noqa: E402
 from tests.nightly import at_night  # noqa: E402
 
 from .conftest import ROOT, SKETCH  # noqa: E402
@@ -400,6 +401,8 @@ PRESSES = {
         identity_keys=rng.random() < 0.5, random_identity=rng.random() < 0.5,
         arkit=rng.random() < 0.2, seed=rng.randint(0, 99))),
     "random person": (1, lambda rng: ops.random_person(seed=rng.randint(0, 99))),
+    "stylised person": (1, lambda rng: ops.stylised_person(
+        style=rng.choice(PRESET_NAMES).upper())),
     "plain person": (1, lambda rng: ops.plain_person()),
     "reset": (2, lambda rng: ops.reset_sliders(to=rng.choice(["NEUTRAL", "SKETCH"]))),
     "random expression": (2, lambda rng: ops.random_expression(seed=rng.randint(0, 99))),

@@ -14,6 +14,7 @@ from facs_rig.blender.arrays import read_key, write_key  # noqa: E402
 from facs_rig.blender.pose import MARK, VERSION, identity_of, pose_of, set_pose  # noqa: E402
 from facs_rig.blender.reshape import fitted_offsets, reshape, reshape_steps  # noqa: E402
 from facs_rig.identity import IDENTITY_KEYS  # noqa: E402
+from facs_rig.stylised import preset  # noqa: E402
 
 from .test_build_face import TOLERANCE, a_pose, names_of  # noqa: E402
 
@@ -90,6 +91,23 @@ def test_reshaped_face_equals_the_posed_rig_and_a_new_face(rig, evaluated, ident
         assert face.data.shape_keys.key_blocks[name].value == pytest.approx(theirs, abs=1e-6)
     for bone, other in zip(face.parent.pose.bones, new.parent.pose.bones, strict=True):
         assert tuple(bone.location) == pytest.approx(tuple(other.location), abs=1e-7)
+
+
+@BOTH
+def test_stylised_people_equal_the_posed_rig(rig, evaluated, identity_keys):
+    """Their keys are their own: lids of large eyes go farther, and ARKit's as well."""
+    pose = a_pose(1)
+    face = build_face("Face", rig, pose, identity_keys=identity_keys, arkit=True)
+    blocks = face.data.shape_keys.key_blocks
+    for who in (preset("chibi"), preset("witch"), WHO, {}):
+        reshape(face, rig, who)
+        stays = FaceParameters(pose.aus, who, pose.head, pose.neck, pose.gaze)
+        assert np.abs(evaluated(face) - rig.pose(stays)).max() < TOLERANCE
+        assert dict(identity_of(face)) == pytest.approx(who)
+        closing = ARKIT_NAMES.index("eyeBlinkLeft")
+        moves = read_key(blocks["eyeBlinkLeft"]) - read_key(blocks["Basis"])
+        wanted = to_blender(rig.arkit_deltas_of(who)[closing])
+        assert np.abs(moves - wanted).max() < 1e-6
 
 
 @BOTH

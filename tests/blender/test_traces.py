@@ -247,6 +247,7 @@ PRESSED: dict[str, dict | Callable] = {
     "sketch_to_face.random_expression": {"seed": 3},
     "sketch_to_face.random_person": {"seed": 3},
     "sketch_to_face.reset_sliders": {"to": "NEUTRAL", "head": True},
+    "sketch_to_face.stylised_person": {"style": "MANGA"},
     "sketch_to_face.stand_alone": linked_duplicate,
     "sketch_to_face.storyboard": folder_of_sketches,
     "sketch_to_face.try_sample": {"drawing": "angry_man"},

@@ -35,7 +35,8 @@ TEMPLATES = {"text": 0, "tip": 0, "label": 0, "say": 2}
 # Calls that show what they are given; from code only through one of the above.
 SHOWING = {"report": 1, "poll_message_set": 0, "status_text_set": 0, "ValueError": 0,
            "InputError": 0, "Tick": 0, "in_background": 1, "within": 1}  # fmt: skip
-LAYOUT = {"label", "prop", "operator", "menu", "progress", "popover", "separator"}
+OPERATORS = {"operator", "operator_menu_enum"}
+LAYOUT = {"label", "prop", "menu", "progress", "popover", "separator", *OPERATORS}
 
 # German that is much longer than the English, since the English is very short: looked at.
 LONG = {
@@ -181,7 +182,7 @@ def of_source() -> dict[String, str]:
                 found[PANEL, text] = where
         elif name in LAYOUT:
             words = {word.arg: word.value for word in call.keywords}
-            context = BUTTON if name == "operator" else PANEL
+            context = BUTTON if name in OPERATORS else PANEL
             for text in filter(None, constants(words.get("text"))):
                 found[OWN if "text_ctxt" in words else context, text] = where
     return found

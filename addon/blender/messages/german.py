@@ -56,6 +56,8 @@ BUTTONS = {
     "FACS Face": "FACS-Gesicht",
     "Add FACS Face": "FACS-Gesicht hinzufügen",
     "Random Person": "Zufällige Person",
+    "Stylised": "Stilisiert",
+    "Stylised Person": "Stilisierte Person",
     "Reset": "Zurücksetzen",
     "Reset Person": "Person zurücksetzen",
     "New Creases": "Neue Falten",
@@ -541,6 +543,9 @@ TOOLTIPS = {
     "Give the person everybody's average creases; who it is and what it does stay": (
         "Der Person die Falten des Durchschnitts geben; wer sie ist und was sie tut, bleibt"
     ),
+    "Make the face a stylised person, to go on from; the expression stays": (
+        "Aus dem Gesicht eine stilisierte Person zum Weitermachen machen; der Ausdruck bleibt"
+    ),
     "Set every identity slider back; the expression stays": (
         "Alle Regler der Person zurücksetzen; der Ausdruck bleibt"
     ),
@@ -665,6 +670,44 @@ OPTIONS = {
     "Add the 52 shape keys that live-capture tools drive by name": (
         "Die 52 Shape Keys hinzufügen, die Werkzeuge zur Live-Aufnahme beim Namen ansteuern"
     ),
+    "Style": "Stil",
+    "Whom to start from": "Mit wem begonnen wird",
+    "Comic": "Comic",
+    "Manga": "Manga",
+    "Chibi": "Chibi",
+    "Baby face": "Babygesicht",
+    "Elegant": "Elegant",
+    "Elf": "Elf",
+    "Comic hero": "Comicheld",
+    "Brute": "Grobian",
+    "Caricature": "Karikatur",
+    "Big nose": "Große Nase",
+    "Long face": "Langes Gesicht",
+    "Egg head": "Eierkopf",
+    "Puppet": "Puppe",
+    "Witch": "Hexe",
+    "Large eyes, a round nose, a broad mouth": "Große Augen, runde Nase, breiter Mund",
+    "Very large, open eyes over a small nose, mouth and chin": (
+        "Sehr große, offene Augen über kleiner Nase, kleinem Mund und Kinn"
+    ),
+    "A broad head that is nearly all eyes": "Ein breiter Kopf, fast nur Augen",
+    "Round cheeks, a high forehead, eyes far down": ("Runde Wangen, hohe Stirn, Augen weit unten"),
+    "A long, narrow head on a slender neck": "Ein langer, schmaler Kopf auf schlankem Hals",
+    "Slanted eyes, a pointed chin, large ears": "Schräge Augen, spitzes Kinn, große Ohren",
+    "A jaw as broad as the skull, on a bull's neck": (
+        "Ein Kiefer, so breit wie der Schädel, auf einem Stiernacken"
+    ),
+    "All jaw and nose, little above the brows": "Nur Kiefer und Nase, wenig über den Brauen",
+    "Nose, chin and ears of an old man, drawn large": (
+        "Nase, Kinn und Ohren eines alten Mannes, groß gezeichnet"
+    ),
+    "A nose that comes before everything else": "Eine Nase, die vor allem anderen kommt",
+    "Everything drawn out downward": "Alles nach unten gezogen",
+    "A great skull over a small face": "Ein großer Schädel über einem kleinen Gesicht",
+    "A broad head, round eyes, a ball for a nose": (
+        "Ein breiter Kopf, runde Augen, eine Kugel als Nase"
+    ),
+    "A hooked nose that meets the chin": "Eine Hakennase, die ans Kinn reicht",
     "Random Person": "Zufällige Person",
     "Somebody, instead of the average of everybody": "Irgendjemand statt des Durchschnitts aller",
     "Whose expression it is": "Wessen Ausdruck es ist",

@@ -4,11 +4,12 @@ import random
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from facs_rig import folds
 from facs_rig.blender.pose import identity_of, mover_of
 from facs_rig.blender.twin import stand_alone
+from facs_rig.stylised import PRESETS, preset
 
 from ..messages import translation
 from ..messages.reporting import reported
@@ -112,6 +113,23 @@ class SKETCHTOFACE_OT_random_person(faces.OnFace, bpy.types.Operator):
         return _become(self, context, _any_person(self.seed))
 
 
+class SKETCHTOFACE_OT_stylised_person(faces.OnFace, bpy.types.Operator):
+    """Make the face a stylised person, to go on from; the expression stays"""
+
+    bl_idname = "sketch_to_face.stylised_person"
+    bl_label = "Stylised Person"
+    bl_options = {"REGISTER", "UNDO"}
+    style: EnumProperty(
+        name="Style",
+        description="Whom to start from",
+        items=[(preset.name.upper(), preset.label, preset.about) for preset in PRESETS],
+    )
+
+    def execute(self, context):
+        """Features far beyond those of people; typing a value into their sliders goes on there."""
+        return _become(self, context, preset(self.style.lower()))
+
+
 class SKETCHTOFACE_OT_plain_person(faces.OnFace, bpy.types.Operator):
     """Set every identity slider back; the expression stays"""
 
@@ -198,6 +216,7 @@ def _crease(operator, context, creases: dict[str, float]) -> set[str]:
 CLASSES = (
     MESH_OT_add_facs_face,
     SKETCHTOFACE_OT_random_person,
+    SKETCHTOFACE_OT_stylised_person,
     SKETCHTOFACE_OT_plain_person,
     SKETCHTOFACE_OT_new_creases,
     SKETCHTOFACE_OT_plain_creases,

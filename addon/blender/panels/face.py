@@ -215,6 +215,8 @@ class SKETCHTOFACE_PT_identity(OfFace, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.operator(people.SKETCHTOFACE_OT_random_person.bl_idname, text="Random",
                      icon="MOD_NOISE")  # fmt: skip
+        row.operator_menu_enum(people.SKETCHTOFACE_OT_stylised_person.bl_idname, "style",
+                               text="Stylised", icon="COMMUNITY")  # fmt: skip
         row.operator(people.SKETCHTOFACE_OT_plain_person.bl_idname, text="Reset",
                      icon="LOOP_BACK")  # fmt: skip
 

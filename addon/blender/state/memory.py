@@ -51,8 +51,10 @@ def _identity_property(feature):
     return FloatProperty(
         name=feature.label,
         description=f"{feature.label} of this person",
-        min=feature.minimum,
-        max=feature.maximum,
+        min=feature.span[0],
+        max=feature.span[1],
+        soft_min=feature.minimum,
+        soft_max=feature.maximum,
         default=feature.default,
         precision=0 if feature.name == SEED else 2,
         step=100 if feature.name == SEED else 5,
