@@ -17,7 +17,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .grooves import LINES, PLAIN, WAYS, names_of
+from .grooves import CREASES, LINES, PLAIN, WAYS, names_of
 
 # Family -> its label, and its groups of lines.
 FAMILIES: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -110,6 +110,17 @@ def _deviations(seed: int) -> NDArray[np.float64]:
         return np.zeros((len(DEVIATION), len(_SINCE), 2))
     free = np.random.default_rng(seed).random((len(DEVIATION), len(_SINCE), 2))
     return DEVIATION[:, None, None] * (2 * free - 1)
+
+
+def line_depths(identity: Mapping[str, float]) -> dict[str, float]:
+    """How deep each of the default person's lines (grooves.CREASES) is on this one, whatever its
+    way: `{group}_{number}_{side}` -> 1 as on the default person, 0 not there."""
+    own = tuple(float(identity.get(name, 0.0)) for name in PARAMETERS)
+    deep = _amounts(own, round(max(crease_gain(identity), 1e-6), 6)).sum(axis=1)
+    names = [f"{group}_{k}" for group, creases in CREASES.items() for k in range(len(creases))]
+    found = zip(names, deep[_SINCE <= 0], strict=True)
+    return {f"{name}_{side}": float(x) for name, two in found
+            for side, x in zip(SIDES, two, strict=True)}  # fmt: skip
 
 
 def drawn_creases(rng: np.random.Generator, share: float = 1.0) -> dict[str, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
+from facs_rig.folds import line_depths
 from facs_rig.identity import crease_gain
 
 from .artist import Artist
@@ -128,15 +129,15 @@ def _axes(rig: FaceRig, vertices: NDArray) -> NDArray[np.float64]:
 
 
 def _creases(places: Places, parameters: FaceParameters) -> dict[str, float]:
-    """How deep the expression folds each crease, 1 at full natural activation."""
+    """How deep the expression folds each crease of this person, 1 at full natural activation."""
     gain = float(np.clip(crease_gain(parameters.identity), 0.4, 1.5))
     worn = {name: value for name, value in parameters.aus.items() if value > 0}
-    out = {}
+    own, out = line_depths(parameters.identity), {}
     for name, controls in places.controls.items():
         other = "right" if name.endswith("left") else "left"
         depth = sum(worn.get(c, 0.0) for c in controls if not c.endswith(other))
-        if depth:
-            out[name] = gain * float(depth) / 5
+        if depth and own[name]:
+            out[name] = gain * own[name] * float(depth) / 5
     return out
 
 

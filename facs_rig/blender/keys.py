@@ -27,7 +27,6 @@ from facs_rig.rig import FaceRig
 BASIS, FITTED = "Basis", "Fitted"
 GAZE = ("gaze_yaw", "gaze_pitch")
 WIDEST = 10.0  # the largest value that Blender lets a shape key have
-FARTHEST = 3.0  # that an identity key goes from the default person, either way
 
 # name -> (least, most, where a slider begins and ends, tooltip)
 _OTHERS = {
@@ -94,7 +93,7 @@ def add_keys(
         yield
     if identity_keys:
         for name, delta in zip(IDENTITY_KEYS, rig.identity_deltas, strict=True):
-            add_key(face, name, moved(neutral, delta), -FARTHEST, FARTHEST)
+            add_key(face, name, moved(neutral, delta), -WIDEST, WIDEST)
             yield
     if arkit:
         for name, delta in zip(ARKIT_NAMES, rig.arkit_deltas_of(identity), strict=True):

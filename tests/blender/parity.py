@@ -14,6 +14,7 @@ from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
 from facs_rig.blender import build_face, set_identity
 from facs_rig.blender.pose import set_pose
 from facs_rig.blender.reshape import fitted_offsets, reshape
+from facs_rig.folds import drawn_creases
 
 result = Path(sys.argv[-1])
 rig = load_rig()
@@ -44,7 +45,8 @@ baked = build_face("Baked", rig, first)
 told["off_m"]["baked"] = off(baked, first)
 face = build_face("Live", rig, FaceParameters(), identity_keys=True, arkit=True)
 told["off_m"]["neutral"] = off(face, FaceParameters())
-for name, who in (("young", {"eye_spacing": 0.7}), ("old", {"age": 1.0, "neck_length": -0.9})):
+for name, who in (("young", {"eye_spacing": 0.7}), ("old", {"age": 1.0, "neck_length": -0.9}),
+                  ("creased", drawn_creases(random))):  # fmt: skip
     wanted = pose(who)
     set_identity(face, rig, who)
     set_pose(face, wanted)
@@ -53,6 +55,8 @@ for name, again, who in (
     ("baked reshaped", baked, {"age": 0.3, "eye_spacing": -0.8}),
     ("baked again", baked, {"neck_length": 0.9, "jaw_drop": 0.7}),
     ("live reshaped", face, {"gender": 1.0, "head_depth": 0.6}),
+    ("baked creased", baked, drawn_creases(random)),
+    ("live creased", face, {"age": 0.9, **drawn_creases(random)}),
 ):
     wanted = pose(who)
     offsets = random.normal(0, 0.002, (rig.n_vertices, 3)).astype(np.float32)

@@ -11,7 +11,15 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from facs_rig import CONTROL_NAMES, IDENTITY, FaceParameters, expressions  # noqa: E402
-from facs_rig.blender.pose import MARK, VERSION, pose_of, refresh, set_pose  # noqa: E402
+from facs_rig.blender.pose import (  # noqa: E402
+    MARK,
+    VERSION,
+    identity_of,
+    pose_of,
+    refresh,
+    set_pose,
+)
+from facs_rig.folds import drawn_creases  # noqa: E402
 
 KINDS = ("objects", "meshes", "materials", "armatures", "shape_keys", "actions")
 POSE = FaceParameters(
@@ -196,6 +204,32 @@ def test_undo_and_redo_of_a_person(shell, rig, evaluated):
     bpy.ops.ed.redo()
     assert np.array_equal(evaluated(bpy.data.objects["FACS Face"]), after)
     bpy.ops.sketch_to_face.plain_person()
+    assert np.abs(evaluated(bpy.data.objects["FACS Face"]) - before).max() < 1e-6
+
+
+def test_new_creases_are_the_persons_and_undone(shell, rig, evaluated):
+    """They show in an expression, are drawn from a seed, and leave who it is alone; folds
+    at rest, which are deeper than an old face's on average, too."""
+    face = add()
+    face.sketch_to_face.identity.age = 0.9
+    face["frontalis"] = face["smile"] = 5.0
+    refresh(face)
+    bpy.ops.ed.undo_push(message="smiling")
+    before = evaluated(face)
+    bpy.ops.sketch_to_face.new_creases("EXEC_DEFAULT", True, seed=4)
+    face = bpy.data.objects["FACS Face"]
+    who = {"age": 0.9, **drawn_creases(np.random.default_rng(4))}
+    assert identity_of(face) == pytest.approx(who)
+    after = evaluated(face)
+    wanted = rig.pose(FaceParameters({"frontalis": 5.0, "smile": 5.0}, identity_of(face)))
+    assert np.abs(after - wanted).max() < 1e-5
+    assert np.abs(after - before).max() > 5e-4
+    bpy.ops.ed.undo()
+    assert np.array_equal(evaluated(bpy.data.objects["FACS Face"]), before)
+    bpy.ops.ed.redo()
+    assert np.array_equal(evaluated(bpy.data.objects["FACS Face"]), after)
+    bpy.ops.sketch_to_face.plain_creases("EXEC_DEFAULT", True)
+    assert identity_of(bpy.data.objects["FACS Face"]) == pytest.approx({"age": 0.9})
     assert np.abs(evaluated(bpy.data.objects["FACS Face"]) - before).max() < 1e-6
 
 

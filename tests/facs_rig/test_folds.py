@@ -165,6 +165,16 @@ def test_nothing_is_deeper_than_age_and_wrinkles_made_it_before(rig):
     assert np.abs(raised(rig, most | old)).max() < 6 * MM
 
 
+def test_how_deep_single_lines_are_is_known_by_name():
+    """As dataset_gen.conventions, which draws them, asks."""
+    plain = folds.line_depths({})
+    assert len(plain) == 2 * sum(map(len, CREASES.values())) and set(plain.values()) == {1.0}
+    assert set(folds.line_depths({**drawn(4), **NONE}).values()) == {0.0}
+    few = folds.line_depths({"worry_number": -1.0, "crow_skew": 0.5})
+    assert few["worry_1_left"] == 1.0 and few["worry_3_left"] == 0.0
+    assert few["crow_up_0_left"] > 1 > few["crow_up_0_right"]
+
+
 # --- folds at rest --------------------------------------------------------------------------------
 
 
