@@ -44,6 +44,20 @@ def rig_face(capsys, *arguments) -> str:
     return capsys.readouterr().out
 
 
+def test_a_stylised_person_is_listed_and_written(capsys, tmp_path):
+    import trimesh
+
+    text = rig_face(capsys, "--list")
+    assert "(stylised: -1.6 to 3)" in text and "comic manga chibi" in text
+    table = json.loads(rig_face(capsys, "--list", "--json"))
+    people = {person["name"]: person["identity"] for person in table["people"]}
+    changed = {**people["chibi"], "eye_size": 1.0}
+    face = tmp_path / "face.ply"
+    rig_face(capsys, "-o", face, "--person", "chibi", "--identity", "eye_size=1")
+    written = trimesh.load(face, process=False).vertices
+    np.testing.assert_allclose(written, load_rig().neutral(changed), atol=1e-5)
+
+
 def test_the_catalogue_as_json(capsys):
     table = json.loads(rig_face(capsys, "--list", "--json"))
     assert table["counts"] == {"upper": 12, "mid": 11, "lower": 24}
@@ -143,6 +157,9 @@ def test_rig_refuses_a_bad_expression_file(refused, folder, content, says):
         (["--au", "smile=5"], "--au belongs to -o FACE; add that."),
         (["--gaze", "1,1"], "--gaze belongs to -o FACE"),
         (["--identity", "age=1"], "--identity belongs to --sheet OUT.png or -o FACE"),
+        (["--person", "manga"], "--person belongs to --sheet OUT.png or -o FACE"),
+        (["--sheet", "s.png", "--person", "mangaa"], "did you mean 'manga'?"),
+        (["-o", "face.ply", "--person", "elf", "--identity", "eye_size=3.5"], "-1.6 to 3"),
         (["--drawn"], "--drawn belongs to --sheet OUT.png"),
         (["-o", "face.stl"], "'face.stl' has no known ending"),
         (["-o", "nowhere/face.glb"], "There is no folder 'nowhere'"),
