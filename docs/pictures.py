@@ -55,6 +55,7 @@ from facs_rig.actions import drawn_actions
 from facs_rig.expressions import random_expression
 from facs_rig.folds import drawn_creases
 from facs_rig.identity import FEATURES
+from facs_rig.macros import age_of
 
 IMAGES = Path(__file__).parent / "images"
 Picture = NDArray[np.uint8]
@@ -181,6 +182,25 @@ def identities() -> None:
     width = rows[0].shape[1] // len(PEOPLE)
     names = [captioned(np.full((1, width, 3), PAPER, np.uint8), name, 12) for name in PEOPLE]
     save("identities.png", np.concatenate([*rows, np.concatenate(names, axis=1)]))
+
+
+AGES = (6, 12, 25, 60, 75, 90)
+
+
+def face_ages() -> None:
+    """Both sexes at AGES, shaded and drawn."""
+    rig = load_rig()
+    people = [{"gender": g, "age": age_of(years)} for g in (0.0, 1.0) for years in AGES]
+    faces = [FaceParameters({}, who) for who in people]
+    camera = whole_head(rig, faces, 250)
+    layers = ("brow", "brow_hair", "iris", "pupil", "lip")
+    rows = []
+    for kind in KINDS:
+        rows += [face_picture(rig, face, camera, kind, layers=layers) for face in faces]
+    page = grid(rows, len(AGES))
+    width = page.shape[1] // len(AGES)
+    names = [captioned(np.full((1, width, 3), PAPER, np.uint8), f"{y} years", 12) for y in AGES]
+    save("face_ages.png", np.concatenate([page, np.concatenate(names, axis=1)]))
 
 
 OWN_WAYS = ("smile", "frown", "sneer", "wince", "brow_furrow", "pucker")
@@ -419,8 +439,8 @@ def sphere() -> None:
     save("sphere.png", sphere_example(), few_colours=False)  # a palette would grey the thin lines
 
 
-FACE = (contact_sheets, pairs, identities, face_variants, features, styles, gaze, layers,
-        one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
+FACE = (contact_sheets, pairs, identities, face_ages, face_variants, features, styles, gaze,
+        layers, one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
                                     sphere, engraved)}  # fmt: skip

@@ -190,6 +190,16 @@ BROW_UPPER = ((1.10, 1.55), (2.1, 1.75), (3.2, 1.95), (4.2, 1.65), (4.95, 1.08))
 IRIS_RADIUS, PUPIL_RADIUS = 0.58, 0.24
 
 
+def brow_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArray, NDArray]]:
+    """Lower and upper edge of each brow, bound to the skin: name -> (indices, weights)."""
+    out = {}
+    for side, sign in (("left", 1), ("right", -1)):
+        for edge, points in (("lower", BROW_LOWER), ("upper", BROW_UPPER)):
+            places = smooth_curve(np.array(points) * [sign, 1], 16) * 0.01 + eyes_middle[:2]
+            out[f"brow_{edge}_{side}"] = bind_from_front(places, vertices, triangles, skin)
+    return out
+
+
 # The border of the lips, from the middle to the corner on the face's left.
 LIP_UPPER = ((0.0, -5.82), (0.42, -5.66), (1.0, -5.98), (1.65, -6.42), (2.18, -6.82))
 LIP_LOWER = ((0.0, -7.95), (0.6, -7.88), (1.2, -7.62), (1.75, -7.22), (2.18, -6.86))

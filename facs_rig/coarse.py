@@ -25,7 +25,8 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     strokes are the same. There is nothing to mirror and no other curve on it.
     """
     matrix, part = rig._matrix, rig.vertex_part
-    carriers = [index[weight != 0] for index, weight in rig.strokes.values()]
+    bound = (*rig.strokes.values(), *rig.under.values())
+    carriers = [index[weight != 0] for index, weight in bound]
     fine = merged(rig, np.concatenate([rig.medium[0], *carriers]))
     at = np.unique(np.concatenate([fine.ravel(), rig.landmarks, *carriers]))
     number = np.zeros(rig.n_vertices, dtype=np.int32)
@@ -46,7 +47,10 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     new.vertex_part, new.landmarks = part[at], number[rig.landmarks]
     new.mirror, new.curves = np.arange(len(at), dtype=np.int32), {}
     del new.texture  # nobody paints on it
-    new.strokes = {name: (number[index], w) for name, (index, w) in rig.strokes.items()}
+    new.strokes, new.under = (
+        {name: (number[index], w) for name, (index, w) in table.items()}
+        for table in (rig.strokes, rig.under)
+    )
     new.place(rig.weights[at])
     return new
 

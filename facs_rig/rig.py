@@ -43,6 +43,7 @@ class FaceRig:
     texture : where the polygons' corners lie on a texture (see facs_rig.uv); `uv` in short
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
     strokes : name -> (vertex indices (k, 3), weights (k, 3)) of brows and irises on the surface
+    under : the same of the surface under them, which for the brows' edges is the skin under hairs
     curves : layer -> lines for drawing (see facs_rig.curves): hairs of brows and lashes, hair, ...
     keys : the shape keys whose values pose the face, the 47 controls first (see facs_rig.keys)
     weights : (n, 2) float32, how far a vertex follows the head and the neck
@@ -80,11 +81,8 @@ class FaceRig:
         self._arkit = (arrays, "arkit")
         self.place(arrays["weights"])
         self.curves = read_curves(arrays)
-        self.strokes = {
-            name[7:-9]: (arrays[name], arrays[f"{name[:-9]}_weights"])
-            for name in arrays
-            if name.startswith("stroke_") and name.endswith("_vertices")
-        }
+        self.strokes = _bound(arrays, "stroke")
+        self.under = self.strokes | _bound(arrays, "under")
 
     def place(self, weights: NDArray[np.float32]) -> None:
         """What follows from the refinement, the parts and the weights (n, 2) of the vertices."""
@@ -371,7 +369,11 @@ class FaceRig:
         used = np.unique(self._matrix.indices)  # some of the cage only holds the rest
         moves = self.motions.targets.reshape(CAGE_TARGETS, -1, 3)[:, used]
         corners = used[spanning(self._base[used] + np.concatenate([[0 * moves[0]], moves]))]
-        at = np.unique(np.asarray(self._matrix[:, corners].argmax(axis=0)))  # on the skin itself
+        still = np.ones(self.n_vertices, dtype=bool)  # not moved by details, which are left out
+        moved = np.unique(self.motions.details.indices // 3)
+        still[self.motions.skin_at[moved]] = False
+        fine = sp.diags(still.astype(np.float32)) @ self._matrix[:, corners]
+        at = np.unique(np.asarray(fine.argmax(axis=0)))  # on the skin itself
         return self._matrix[at], self.weights[at]
 
     def extent(self, parameters: FaceParameters) -> NDArray[np.float32]:
@@ -478,6 +480,16 @@ def _both(one: NDArray | None, other: NDArray | None) -> NDArray | None:
     if one is None or other is None:
         return other if one is None else one
     return one + other
+
+
+def _bound(arrays: Mapping[str, NDArray], kind: str) -> dict[str, tuple[NDArray, NDArray]]:
+    """Name -> vertices and weights (k, 3) of what is bound to the face."""
+    names = [n.removesuffix("_vertices") for n in arrays if n.startswith(f"{kind}_")]
+    return {
+        name.removeprefix(f"{kind}_"): (arrays[f"{name}_vertices"], arrays[f"{name}_weights"])
+        for name in names
+        if f"{name}_weights" in arrays
+    }
 
 
 @lru_cache(maxsize=1)

@@ -80,7 +80,7 @@ def face_topology(rig: FaceRig) -> FaceTopology:
     index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
     owner = rig.triangle_part[index]
     around = _around(rig.triangles, rig.n_vertices)
-    found = {name: _under(rig.triangles, around, *stroke) for name, stroke in rig.strokes.items()}
+    found = {name: _under(rig.triangles, around, *place) for name, place in rig.under.items()}
     for name, curve in rig.curves.items():
         if not curve.lift.any():
             found[name] = _under(rig.triangles, around, curve.index, curve.weight)

@@ -139,15 +139,17 @@ def brow_edges(first: int) -> dict[str, tuple[NDArray, NDArray]]:
     """Lower and upper edge of each brow, bound to its hairs, so that they follow its shape:
     name -> vertices and weights (16, 3), for hairs from vertex `first` on.
 
-    Only hairs that never fall out, and their lower halves, which do not stray.
+    To the roots of hairs that never fall out: these do not stray, and lie close to the skin.
     """
     places = hair_places()
     per = len(places) // COUNT
     kept = np.flatnonzero((np.arange(COUNT) % KEPT == 0).repeat(per))
-    kept = kept[kept % per < 4]
+    roots = kept[kept % per < 2]
     out = {}
     for edge, points in (("lower", BROW_LOWER), ("upper", BROW_UPPER)):
-        found = [_triple(place, places, kept) for place in smooth_curve(np.array(points), 16)]
+        curve = smooth_curve(np.array(points), 16)
+        found = [_triple(place, places, roots) for place in curve[:-1]]
+        found.append(_triple(curve[-1], places, kept))  # no root lies as far out as the tail's end
         index, weight = (np.array(part) for part in zip(*found, strict=True))
         for k, side in enumerate(("left", "right")):
             out[f"brow_{edge}_{side}"] = first + k * len(places) + index, weight

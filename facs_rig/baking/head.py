@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..anatomy import LANDMARK_POINTS, PART_NAMES, eye_curves, lip_curves
+from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_curves
 from ..common.ties import first_least
 from ..controls import CONTROLS, WHOLE
 from ..curves import curve_arrays
@@ -162,6 +162,12 @@ def bake(data: Path) -> dict[str, NDArray]:
     }.items():
         arrays[f"stroke_{name}_vertices"] = index.astype(np.int32)
         arrays[f"stroke_{name}_weights"] = weight.astype(np.float32)
+    # Brows' edges are of hairs; this is the skin under them.
+    for name, (index, weight) in brow_curves(
+        default, mesh.triangles, mesh.skin, eyes_middle
+    ).items():
+        arrays[f"under_{name}_vertices"] = index.astype(np.int32)
+        arrays[f"under_{name}_weights"] = weight.astype(np.float32)
     return arrays
 
 

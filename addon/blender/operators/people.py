@@ -22,9 +22,10 @@ NAME = "FACS Face"
 def _any_person(seed: int) -> dict[str, float]:
     from dataset_gen.sampling import sample_identity
     from facs_rig.looks import drawn_looks
+    from facs_rig.macros import drawn_person
 
     rng = np.random.default_rng(seed)
-    who = sample_identity(rng)
+    who = {**sample_identity(rng), **drawn_person(rng)}
     return {**who, **drawn_looks(rng, who)}
 
 

