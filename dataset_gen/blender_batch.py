@@ -85,7 +85,7 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--seed", type=int, default=0, help="the same seed gives the same bytes")
     engines = "freestyle (default), contours or conventions"
     out.add_argument("--engine", default="freestyle", help=engines)
-    out.add_argument("--scheme", default="sparse", help="how faces are sampled (default sparse)")
+    out.add_argument("--scheme", default="people", help="how faces are sampled (default people)")
     out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     out.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     out.add_argument("--strokes", action="store_true", help="keep the coordinates of the lines")

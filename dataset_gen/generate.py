@@ -24,6 +24,7 @@ from facs_rig.common.files import OutputError, reason_of
 from . import cluster
 from .folder import MANIFEST, UNFINISHED, digest, kept, opened, same_versions, write_manifest
 from .samples import ENGINES, SIZE, Recipe, make_sample
+from .sampling import DEFAULT
 from .shards import read_meshes, read_shards, versions, write_shard
 from .workers import deaf_children, end_with
 
@@ -43,7 +44,7 @@ def generate(
     engine: str = "contours",
     jobs: int = 1,
     resume: bool = False,
-    scheme: str = "sparse",
+    scheme: str = DEFAULT,
     strokes: bool = False,
     meshes: bool = False,
     dask: str | None = None,

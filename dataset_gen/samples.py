@@ -20,7 +20,7 @@ from .linework.paper import through
 from .linework.strokes import Stroke
 from .linework.style import Style
 from .page import Page, draw_page
-from .sampling import SCHEMES, Sample, sample_face, sample_rng
+from .sampling import DEFAULT, SCHEMES, Sample, sample_face, sample_rng
 
 SIZE = 256
 ENGINES = ("contours", "conventions", "freestyle")
@@ -36,7 +36,7 @@ class Recipe:
     """
 
     seed: int = 0
-    scheme: str = "sparse"
+    scheme: str = DEFAULT
     engine: str = "contours"
     strokes: bool = False
     meshes: bool = False
@@ -71,7 +71,7 @@ def make_sample(
     seed: int,
     index: int,
     size: int = SIZE,
-    scheme: str = "sparse",
+    scheme: str = DEFAULT,
     engine: str = "contours",
     strokes: bool = False,
 ) -> tuple[NDArray[np.uint8], dict]:

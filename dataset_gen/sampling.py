@@ -19,13 +19,16 @@ from facs_rig import (
     FaceParameters,
     FaceRig,
 )  # fmt: skip
-from facs_rig.identity import FEATURES
+from facs_rig.identity import EARLIER, FEATURES
 
 from .linework.lines import DETAILS, KINDS, WAYS
 from .linework.style import Style
+from .population import sample_person
 from .styles import sample_style
 
-SCHEMES = ("sparse", "thesis", "smooth", "varied")
+# The first is what is meant where nothing is said.
+SCHEMES = ("people", "sparse", "thesis", "smooth", "varied")
+DEFAULT = SCHEMES[0]
 WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS
 MOST_ACTIONS = 7
 # The twelve that classifiers are trained for first come up this much more often than the others.
@@ -52,13 +55,15 @@ def sample_face(
     rig: FaceRig,
     rng: np.random.Generator,
     size: int,
-    scheme: str = "sparse",
+    scheme: str = DEFAULT,
     drawable: Collection[str] = KINDS,
 ) -> Sample:
     """A random face, its camera (size x size pixels) and its style.
 
-    scheme : sparse, a few actions at any strength; smooth, the same faces without creases; varied,
-        two in three of them with faint creases or none; thesis, every action at a random 0 to 5
+    scheme : people, a few actions at any strength, done in their own way by people of all kinds
+        and ages (see population); sparse, the same by adults who do all in one way; smooth, these
+        faces without creases; varied, two in three of them with faint creases or none; thesis,
+        every action at a random 0 to 5
     drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
     """
     aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
@@ -67,7 +72,8 @@ def sample_face(
     neck = np.radians(rng.normal(0, 1.5, 3))
     gaze = np.radians(rng.normal(0, (12, 7))) if rng.random() < 0.5 else np.zeros(2)
     looking = (float(gaze[0]), float(gaze[1]))
-    parameters = FaceParameters(aus, sample_identity(rng), _floats(head), _floats(neck), looking)
+    who = sample_person(rng) if scheme == "people" else {**EARLIER, **sample_identity(rng)}
+    parameters = FaceParameters(aus, who, _floats(head), _floats(neck), looking)
     distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
     margin = float(rng.uniform(0.02, 0.12))
     framing = Camera.framing(rig.extent(parameters), size, size, margin, distance)
@@ -111,7 +117,7 @@ def _thesis_actions(rng: np.random.Generator) -> dict[str, float]:
 
 
 def sample_identity(rng: np.random.Generator) -> dict[str, float]:
-    """A random person: mixed or clear in gender and ethnicity, young to old, varied features."""
+    """A random adult: mixed or clear in gender and ethnicity, young to old, varied features."""
     shares = rng.dirichlet([0.6, 0.6, 0.6])
     values = {
         "gender": rng.beta(0.6, 0.6),

@@ -38,7 +38,7 @@ def page_of_drawings(engine: str = "contours") -> Picture:
 # --- conventions ----------------------------------------------------------------------------------
 
 # Feature -> what the face does, and the window around it in shares of the page: left, top, size.
-SCHEMES = ("sparse", "thesis")
+SCHEMES = ("people", "thesis")
 CLOSE = {
     "eye": ({}, (0.40, 0.22, 0.28)),
     "brow": ({"frontalis": 2.0}, (0.40, 0.18, 0.28)),
@@ -167,7 +167,7 @@ CHARTS = (
           (0, 10, 20, 30, 40)),
     Chart("strength of an action, of 10", strength, 0.25, 6.25, 0.5, (1, 2, 3, 4, 5, 6)),
     Chart("gender: female 0, male 1", person("gender"), 0, 1, 0.1, (0, 0.5, 1)),
-    Chart("age: young adult 0, old 1", person("age"), 0, 1, 0.1, (0, 0.5, 1)),
+    Chart("age: six -1, 25 years 0, 90 years 1", person("age"), -1, 1, 0.1, (-1, 0, 1)),
     Chart("weight, of -1 to 1", person("weight"), -1, 1, 0.1, (-1, 0, 1)),
     Chart("asian share, the others alike", person("asian"), 0, 1, 0.1, (0, 0.5, 1)),
     Chart("creases, of -1 to 1", person("wrinkles"), -1, 1, 0.1, (-1, 0, 1)),
@@ -179,7 +179,7 @@ CELL = (300, 190)
 
 
 def histograms() -> Picture:
-    """What is drawn by lot: bars of the sparse scheme, a line of the thesis'."""
+    """What is drawn by lot: bars of the scheme people, a line of the thesis'."""
     cells = [histogram(chart) for chart in CHARTS]
     return np.concatenate([legend(4 * CELL[0]), grid(cells, 4)])
 
@@ -199,9 +199,9 @@ def histogram(chart: Chart) -> Picture:
     width, height = (ZOOM * side for side in CELL)
     page = Image.new("RGB", (width, height), (PAPER,) * 3)
     draw = ImageDraw.Draw(page)
-    sparse, thesis = (shares(chart, scheme) for scheme in SCHEMES)
+    people, thesis = (shares(chart, scheme) for scheme in SCHEMES)
     left, right, top, bottom = 40 * ZOOM, width - 14 * ZOOM, 34 * ZOOM, height - 32 * ZOOM
-    most = max(sparse.max(), thesis.max())
+    most = max(people.max(), thesis.max())
     mark = max(m for m in (2, 5, 10, 20, 50) if m <= most)
     letters, title = font(13 * ZOOM), font(14 * ZOOM)
 
@@ -211,11 +211,11 @@ def histogram(chart: Chart) -> Picture:
     def v(share: float) -> float:
         return bottom - share / most * (bottom - top)
 
-    edges = chart.low + chart.step * np.arange(len(sparse) + 1)
+    edges = chart.low + chart.step * np.arange(len(people) + 1)
     draw.text((left, 14 * ZOOM), chart.title, fill=INK, font=title, anchor="lm")
     draw.line([(left, v(mark)), (right, v(mark))], fill=RULE, width=ZOOM)
     draw.text((left - 5 * ZOOM, v(mark)), f"{mark} %", fill=INK, font=letters, anchor="rm")
-    for k, share in enumerate(sparse):
+    for k, share in enumerate(people):
         if share:
             draw.rectangle([u(edges[k]) + ZOOM, v(share), u(edges[k + 1]) - 1, bottom], fill=FILLED)
     steps = [(u(edges[0]), bottom)]

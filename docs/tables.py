@@ -35,16 +35,19 @@ from facs_rig import (
     folds,
     load_rig,
 )
+from facs_rig.actions import TABLE as OWN_WAYS
 from facs_rig.anatomy import PART_NAMES
 from facs_rig.common.errors import InputError
 from facs_rig.conventions import CONVENTIONS
 from facs_rig.identity import ETHNICITIES, FEATURES
+from facs_rig.macros import years
 from facs_rig.parameters import ANGLES, intensities
 from facs_rig.retarget import retarget, unshown
+from facs_rig.stylised import is_stylised
 from snakes import LINE_TWEAKABLES
 from snakes.tweakables import describe
 
-SCHEMES = ("sparse", "thesis")  # the others are sparse but for the depth of creases
+SCHEMES = ("people", "thesis")  # the others do as people does, but for who the people are
 DOCS = Path(__file__).parent
 REGIONS = {"upper": "Upper face", "mid": "Mid face", "lower": "Lower face"}
 FOLDERS = {"": "Who", "head": "Head", "forehead": "Forehead", "eyes": "Eyes", "eyebrows": "Brows",
@@ -301,15 +304,52 @@ def sampled_angles() -> str:
 
 def sampled_people() -> str:
     """Percentiles of who is drawn."""
-    samples = everything()
-    names = ("gender", "age", "weight", "wrinkles", *ETHNICITIES)
-    rows = [(f"`{name}`", identities(samples, name)) for name in names]
+    samples = drawn("people")
+    rows = [("`gender`", identities(samples, "gender"))]
+    rows.append(("years, of `age`", np.array([years(x) for x in identities(samples, "age")])))
+    rows += [(f"`{name}`", identities(samples, name)) for name in ("weight", "muscle")]
+    rows += [(f"`{name}`", identities(samples, name)) for name in ETHNICITIES]
     rows.append(("the largest of the three shares", np.max([v for _, v in rows[-3:]], axis=0)))
-    features = np.array([identities(samples, f.name) for f in FEATURES])
-    rows.append(("a feature that is not plain", features[features != 0]))
+    for what, chosen in (("stylised", True), ("not stylised", False)):
+        some = [s for s in samples if is_stylised(s.parameters.identity) == chosen]
+        features = np.array([identities(some, f.name) for f in FEATURES])
+        rows.append((f"a feature that is not plain, of people {what}", features[features != 0]))
     table = spread(rows, ".2f", "parameter")
     count = (features != 0).sum(axis=0)
     return f"{table}\n\nOf the {len(FEATURES)} features {middle(count)} are not plain."
+
+
+def sampled_faces() -> str:
+    """What kinds of people there are, and how many do and crease in which way."""
+    who = [sample.parameters.identity for sample in drawn("people")]
+    old = np.array([years(person["age"]) for person in who])
+    man = np.array([person["gender"] for person in who])
+    tone = np.array([person["skin_tone"] for person in who])
+
+    def parts(values: NDArray, ends: Sequence[float], names: Sequence[str]) -> str:
+        count = np.histogram(values, ends)[0] / len(values)
+        return ", ".join(f"{name} {100 * x:.0f} %" for name, x in zip(names, count, strict=True))
+
+    none = np.array([person["wrinkles"] == -1 for person in who])
+    depths = [f"{family}_depth" for family in folds.FAMILIES]
+    lacking = np.array([[person.get(depth, 0.0) == -1 for depth in depths] for person in who])
+    some = ~none & lacking.any(axis=1)
+    own = np.array([any(name in person for name in OWN_WAYS) for person in who])
+    stylised = np.array([is_stylised(person) for person in who])
+    rows = {
+        "years": parts(old, (6, 12, 18, 30, 45, 60, 75, 90.01),
+                       ("6 to 11", "12 to 17", "18 to 29", "30 to 44", "45 to 59", "60 to 74",
+                        "75 to 90")),
+        "sex": parts(man, (0, 1 / 3, 2 / 3, 1.01), ("women", "in between", "men")),
+        "skin": parts(tone, (0, 1 / 3, 2 / 3, 1.01), ("light", "in between", "dark")),
+        "without any crease": percent(none),
+        "with creases of some groups alone": f"{percent(some)}, "
+        f"{middle((~lacking[some]).sum(axis=1))} of {len(folds.FAMILIES)} groups",
+        "with creases of their own of all groups": percent(~none & ~some),
+        "who do everything in ways of their own": percent(own),
+        "stylised": percent(stylised),
+    }  # fmt: skip
+    return "\n".join(["| people | |", "|---|---|", *(f"| {a} | {b} |" for a, b in rows.items())])
 
 
 def paper_of(style: Style) -> str:
@@ -367,8 +407,8 @@ TABLES = {
     "manual/any_rig.md": (conventions,),
     "manual/fit.md": (tweakables,),
     "face.md": (controls, words, identity, numbers),
-    "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_kinds,
-                   sampled_pages),
+    "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_faces,
+                   sampled_kinds, sampled_pages),
 }  # fmt: skip
 
 

@@ -23,6 +23,7 @@ MANNERS = {"portrait": 0.42, "comic": 0.21, "cartoon": 0.23, "naive": 0.14}
 PENS = (0.8, 4.0)  # pixels, widths of a full line
 GRINS = 0.4  # how often a smile is drawn with teeth
 BORROWS = 0.08  # how often a convention is taken from another manner
+BEARDLESS = -0.4  # `age` up to which nobody has a beard, 17 years (see facs_rig.macros)
 
 # Of each manner: how much it exaggerates, how large and how tall its eyes are, the factor of its
 # pen's width, how much room its pages have, and the most that a line is off, in units.
@@ -233,10 +234,11 @@ def sample_artist(
         chosen[name] = _lot(rng, {how: odds[of] for how, odds in table.items()})
     man = float(identity.get("gender", 0.5))
     age = float(identity.get("age", 0.0))
+    old = max(age, 0.0)
     cuts = {cut: (1 - man) * woman + man * odds for cut, (woman, odds) in CUTS.items()}
-    cuts["receding"] *= 0.4 + 2 * age
-    cuts["bald"] *= 0.4 + 1.5 * age
-    bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1)
+    cuts["receding"] *= 0.4 + 2 * old
+    cuts["bald"] *= 0.4 + 1.5 * old
+    bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]
 

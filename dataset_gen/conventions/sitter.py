@@ -130,6 +130,8 @@ def _axes(rig: FaceRig, vertices: NDArray) -> NDArray[np.float64]:
 
 def _creases(places: Places, parameters: FaceParameters) -> dict[str, float]:
     """How deep the expression folds each crease of this person, 1 at full natural activation."""
+    if parameters.identity.get("wrinkles") == -1:
+        return {}
     gain = float(np.clip(crease_gain(parameters.identity), 0.4, 1.5))
     worn = {name: value for name, value in parameters.aus.items() if value > 0}
     own, out = line_depths(parameters.identity), {}

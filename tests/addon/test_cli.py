@@ -300,7 +300,7 @@ def test_generate_hands_its_options_on(folder, monkeypatch):
     assert cli.main([*order, "--strokes", "--resume"]) == 0
     taken.pop("progress")
     assert taken == {
-        "seed": 0, "engine": "contours", "scheme": "sparse", "jobs": 1,
+        "seed": 0, "engine": "contours", "scheme": "people", "jobs": 1,
         "resume": True, "strokes": True, "meshes": True, "dask": "tcp://host:8786",
     }  # fmt: skip
 

@@ -37,7 +37,7 @@ class Known:
 
 def known_face(seed: int, index: int, size: int = SIZE) -> Known:
     """Sample `index` of a data set with this seed."""
-    drawing, record = make_sample(seed, index, size=size)
+    drawing, record = make_sample(seed, index, size=size, scheme="sparse")
     about = record["camera"]
     distance = math.inf if about["distance"] is None else about["distance"]
     camera = Camera(size, size, tuple(about["scale"]), tuple(about["centre"]), distance)

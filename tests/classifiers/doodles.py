@@ -266,7 +266,7 @@ def head(seed: int, yaw: float | None = None) -> np.ndarray:
     """(SIZE, SIZE) float32 drawing of the rig's own face, 1 = paper: a random person in a random
     style. yaw : degrees that the head is turned instead of by lot."""
     rig, rng = load_rig(), np.random.default_rng((seed, 0xFACE))
-    sample = sample_face(rig, rng, SIZE)
+    sample = sample_face(rig, rng, SIZE, "sparse")
     parameters, camera = sample.parameters, sample.camera
     if yaw is not None:
         turned = (float(np.radians(yaw)), *parameters.head[1:])

@@ -41,7 +41,8 @@ def test_the_weights_belong_to_this_catalogue():
 @pytest.fixture(scope="module")
 def fresh():
     """300 drawings, and what is drawn in each."""
-    return tuple(zip(*(make_sample(SEED, index) for index in range(300)), strict=True))
+    made = (make_sample(SEED, index, scheme="sparse") for index in range(300))
+    return tuple(zip(*made, strict=True))
 
 
 @pytest.mark.slow

@@ -92,7 +92,7 @@ def test_the_manifest_counts_and_checks(tmp_path, small_shards):
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert manifest["samples"] == 3
     assert manifest["recipe"] == {
-        "seed": 5, "scheme": "sparse", "engine": "contours", "strokes": True, "meshes": False,
+        "seed": 5, "scheme": "people", "engine": "contours", "strokes": True, "meshes": False,
     }  # fmt: skip
     for told, path in zip(manifest["shards"], shards, strict=True):
         assert told["name"] == path.name
