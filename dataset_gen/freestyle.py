@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceRig, rasterise
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.anatomy import UNDRAWN_PARTS
 from facs_rig.common.derived import derived
 from facs_rig.common.polylines import line_length
 from facs_rig.mesh import vertex_normals
@@ -95,7 +95,7 @@ def _along_folds(rig: FaceRig) -> NDArray[np.int32]:
     a forehead come out in shreds.
     """
     first, sizes = rig.polygon_starts, np.diff([*rig.polygon_starts, len(rig.polygon_vertices)])
-    hair = np.isin(rig.vertex_part, [rig.part_names.index(part) for part in HAIR_PARTS])
+    hair = np.isin(rig.vertex_part, [rig.part_names.index(part) for part in UNDRAWN_PARTS])
     solid = ~hair[rig.polygon_vertices[first]]
     a, b, c, d = (rig.polygon_vertices[first[solid & (sizes == 4)] + k] for k in range(4))
     rest = rig.neutral()

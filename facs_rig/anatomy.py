@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from .common.polylines import arc_lengths, resampled
 from .common.ties import first_least, first_most
 
-PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows")
-HAIR_PARTS = ("lashes", "brows")  # blades: coloured, but no surface to draw contours of
+PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows", "bust")
+HAIR_PARTS = ("lashes", "brows")  # blades
+# Coloured, but no surface to draw contours of; the bust is what closes the cut of the neck.
+UNDRAWN_PARTS = (*HAIR_PARTS, "bust")
 
 # The neck is cut at y = a + b z of the source data (decimetres): higher at the back.
 NECK_CUT = (5.85, -0.2)

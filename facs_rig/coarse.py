@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .anatomy import HAIR_PARTS, PART_NAMES
+from .anatomy import PART_NAMES, UNDRAWN_PARTS
 from .common.derived import derived, forget
 from .rig import FaceRig
 
@@ -61,7 +61,7 @@ def merged(rig: FaceRig, kept: NDArray) -> NDArray[np.intp]:
     Each merges into the lowest of those that are kept beside it, or beside what is beside it, and
     so on: vertices of the cage have the lowest numbers. Triangles and `kept` are by the rig's.
     """
-    hair = [PART_NAMES.index(name) for name in HAIR_PARTS]
+    hair = [PART_NAMES.index(name) for name in UNDRAWN_PARTS]
     solid = rig.triangles[~np.isin(rig.triangle_part, hair)]
     flat, starts = rig.polygon_vertices, rig.polygon_starts
     after = np.arange(1, len(flat) + 1)

@@ -13,6 +13,7 @@ from .looks import PLAIN, Finish, colours_of
 from .rig import FaceRig, landmark_points
 
 MATERIAL_NAMES = tuple(PLAIN)
+MADE_OF = {"bust": "skin"}  # part -> material, where it has another name
 TINTED = ("skin", "lips", "brow_skin")  # one skin, in several colours
 # The polygons are too coarse for the rim of the lips, so it is drawn softly: what lies within this
 # distance of a vertex is averaged.
@@ -85,7 +86,7 @@ def materials_at(
     part : (k,) index of the part each point belongs to. The skin under the brows, irises and
     pupils are the areas that the rig's surface strokes enclose, seen from the front.
     """
-    by_part = np.array([MATERIAL_NAMES.index(name) for name in rig.part_names])
+    by_part = np.array([MATERIAL_NAMES.index(MADE_OF.get(name, name)) for name in rig.part_names])
     out = by_part[part].astype(np.int32)
     skin = part == rig.part_names.index("skin")
     front = points[:, 2] > 0

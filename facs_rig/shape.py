@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from facs_rig.bones import Skeleton, skeleton_of
 from facs_rig.looks import colours_of
-from facs_rig.paint import vertex_colours
+from facs_rig.paint import MADE_OF, vertex_colours
 from facs_rig.parameters import FaceParameters
 from facs_rig.rig import FaceRig
 from facs_rig.uv import TextureMap
@@ -67,7 +67,7 @@ def rig_shape(
         colours=vertex_colours(rig, dict(parameters.identity)),
         part=rig.vertex_part[corners[starts]],
         part_names=tuple(rig.part_names),
-        roughness=tuple(palette[name].roughness for name in rig.part_names),
+        roughness=tuple(palette[MADE_OF.get(name, name)].roughness for name in rig.part_names),
         texture=rig.texture,
         skeleton=skeleton_of(rig, parameters),
         moves=moves or {},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, FaceRig, rasterise
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.anatomy import UNDRAWN_PARTS
 from facs_rig.raster import barycentric
 
 __all__ = ["pixels_to_skin", "pixels_to_vertices", "world_moves"]
@@ -105,7 +105,7 @@ def pixels_to_skin(
         return seen, corners, weights
     width, height = np.clip(np.ceil((high - low) / cell), 1, MOST_PIXELS).astype(int).tolist()
     fine = camera.cropped(low[0], low[1], high[0], high[1], width, height)
-    hair = np.any([rig.parts[part] for part in HAIR_PARTS], axis=0)
+    hair = np.any([rig.parts[part] for part in UNDRAWN_PARTS], axis=0)
     triangles = rig.triangles[~hair[rig.triangles].any(axis=1)]
     owner = rasterise(posed, triangles, fine).triangle
     u, v = ((pixels - low) * ([width, height] / (high - low))).T

@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, FaceRig
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.anatomy import UNDRAWN_PARTS
 from facs_rig.common.derived import derived
 
 from .offsets import smoothing_matrix
@@ -64,7 +64,7 @@ def carry_parts(
 @derived
 def _hair_roots(rig: FaceRig) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Vertices of lashes and brows, and the skin's vertex nearest to each on the face at rest."""
-    hair = np.flatnonzero(np.any([rig.parts[part] for part in HAIR_PARTS], axis=0))
+    hair = np.flatnonzero(np.any([rig.parts[part] for part in UNDRAWN_PARTS], axis=0))
     skin = np.flatnonzero(rig.parts["skin"])
     if not len(hair):
         return hair, hair

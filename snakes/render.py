@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from facs_rig import Camera, FaceRig, rasterise, shade, visible
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.anatomy import UNDRAWN_PARTS
 from facs_rig.mesh import vertex_normals
 
 __all__ = ["Render", "expression_render"]
@@ -55,7 +55,7 @@ def expression_render(rig: FaceRig, posed: NDArray[np.floating], camera: Camera)
     width, height = camera.width, camera.height
     fine = camera.cropped(0, 0, width, height, width * FINER, height * FINER)
     # Lashes would hide the lids' own lines; brows are drawn as strokes.
-    hair = np.any([rig.parts[part] for part in HAIR_PARTS], axis=0)
+    hair = np.any([rig.parts[part] for part in UNDRAWN_PARTS], axis=0)
     triangles = rig.triangles[~hair[rig.triangles].any(axis=1)]
     buffers = rasterise(posed, triangles, fine)
     shaded = shade(posed, triangles, fine, buffers)

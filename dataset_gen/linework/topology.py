@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceRig
-from facs_rig.anatomy import HAIR_PARTS
+from facs_rig.anatomy import UNDRAWN_PARTS
 from facs_rig.common.derived import derived
 
 
@@ -76,7 +76,7 @@ class FaceTopology:
 def face_topology(rig: FaceRig) -> FaceTopology:
     """The topology of a rig, made when it is first asked for."""
     part = {name: k for k, name in enumerate(rig.part_names)}
-    hairs = [part[name] for name in HAIR_PARTS]
+    hairs = [part[name] for name in UNDRAWN_PARTS]
     index = np.flatnonzero(~np.isin(rig.triangle_part, hairs)).astype(np.int32)
     owner = rig.triangle_part[index]
     around = _around(rig.triangles, rig.n_vertices)

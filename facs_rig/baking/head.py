@@ -31,7 +31,9 @@ from ..rotation import rotation
 from ..subdivide import refine, triangulate
 from .actions import action_variants
 from .brows import brow_details, brow_edges, brows
+from .bust import as_fine, cut_ring, levelled
 from .creases import Skin, default_creases, refinement_levels, rest_folds, single_grooves, skin_of
+from .ears import sculpted_ears
 from .eyes import (
     EYE_JOINTS,
     eye_balls,
@@ -48,7 +50,7 @@ from .levels import medium_polygons, without_tips
 from .lids import keep_round, lid_deltas, lid_keys
 from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
 from .makehuman import JOINTS, Source, read_source
-from .people import read_people
+from .people import People, read_people
 from .strands import Hairs, add_hairs, carry_hairs, mirror_cage
 from .uv import carried_uv, hair_uv, uv_arrays
 from .variants import Variant, variant_arrays
@@ -90,6 +92,7 @@ def bake(data: Path) -> dict[str, NDArray]:
     source = read_source(data)
     m = source.size
     people = read_people(source)
+    sculpt(source, people)
     balls = eye_balls(source, people.base)
     for side, ball in balls.items():
         keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
@@ -171,6 +174,19 @@ def bake(data: Path) -> dict[str, NDArray]:
     return arrays
 
 
+def sculpt(source: Source, people: People) -> None:
+    """Give everybody, in place, what the source lacks: canals of the ears, an even cut."""
+    m = source.size
+    upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T
+    own = np.flatnonzero(source.is_part("skin"))
+    points = (people.plain[:m] - people.plain[m + JOINTS.index("head")]) @ upright
+    ring = cut_ring(points, source.quads[source.quad_part == PART_NAMES.index("skin")])
+    moves = sculpted_ears(points) + levelled(points, ring)
+    people.base[own] += moves[own] @ upright.T
+    first = source.foot.shape[1]
+    people.base[first:m] = source.foot @ people.base[:first]
+
+
 def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArray]]:
     """The cage refined where the plain face (M, 3) needs it, and the polygons that its vertices
     form a step before; lash sheets only guide lashes."""
@@ -178,6 +194,8 @@ def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArra
     solid = source.quad_part != PART_NAMES.index("lashes")
     mirror, quads = mirror_cage(plain[: source.size]), source.quads[solid]
     level = without_tips(level[solid], quads)
+    skin = source.quad_part[solid] == PART_NAMES.index("skin")
+    level = as_fine(level, plain[: source.size], quads, skin, source.foot.shape[1])
     fine = refine(quads, source.size, level, mirror)
     part = np.zeros(fine.matrix.shape[0], dtype=np.uint8)
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))

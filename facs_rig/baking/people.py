@@ -55,9 +55,7 @@ def read_people(source: Source) -> People:
 
     names = macro_targets()
     ends = [
-        end
-        for f in (*ASYMMETRY, *FEATURES)
-        for end in zip((f.low, f.high), f.reach, strict=True)
+        end for f in (*ASYMMETRY, *FEATURES) for end in zip((f.low, f.high), f.reach, strict=True)
     ]
     deltas = np.zeros((len(names) + len(ends), *base.shape))
     larger = {(e, s): growth(source, e, s) for e in ETHNICITIES for s in SEXES}

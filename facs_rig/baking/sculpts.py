@@ -151,7 +151,5 @@ def muscle(source: Source, name: str) -> NDArray[np.float64]:
     sex = next(s for s in SEXES if name.startswith(s))
     most = "min" if name.endswith("slight") else "max"
     young = f"macrodetails/universal-{sex}-young"
-    strong, average = (
-        source.target(f"{young}-{k}muscle-averageweight") for k in (most, "average")
-    )
+    strong, average = (source.target(f"{young}-{k}muscle-averageweight") for k in (most, "average"))
     return strong - average

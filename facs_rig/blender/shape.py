@@ -21,7 +21,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.looks import PLAIN, Finish
-from facs_rig.paint import MATERIAL_NAMES, as_bytes, painted
+from facs_rig.paint import MADE_OF, MATERIAL_NAMES, as_bytes, painted
 from facs_rig.rig import FaceRig
 from facs_rig.shape import Shape
 from facs_rig.uv import TextureMap, texture_map
@@ -197,7 +197,8 @@ def _shape(face: bpy.types.Object, graph: bpy.types.Depsgraph, rig: FaceRig) -> 
             for name, colour in zip(MATERIAL_NAMES, colours, strict=True)
         }
         linear = painted(rig).colours(palette)
-        rough = [_roughness(materials[MATERIAL_NAMES.index(name)], face) for name in rig.part_names]
+        made_of = [MATERIAL_NAMES.index(MADE_OF.get(name, name)) for name in rig.part_names]
+        rough = [_roughness(materials[k], face) for k in made_of]
         part, part_names = rig.vertex_part[corners[starts]], tuple(rig.part_names)
         triangle_corners = rig.triangle_corners
     else:
