@@ -10,7 +10,7 @@ import pytest
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from snakes.lines import Lines
 from snakes.model_lines import face_lines
-from snakes.shape import Observations, fit_shape, skull_triangles, under_hair
+from snakes.shape import Observations, _Guess, fit_shape, skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(
@@ -142,3 +142,10 @@ def test_what_is_settled_stays_and_the_rest_moves(drawn):
     found, _ = fit_shape(drawn[2], rig, begin, drawn[1], everything)
     assert found.aus == begin.aus
     assert found.identity != begin.identity
+
+
+def test_nobody_is_made_a_child_by_lines_alone():
+    guess = _Guess.of(FaceParameters(), Camera(100, 100, (300.0, 300.0), (50.0, 50.0)), ())
+    at = 6 + guess.identity.index("age")
+    assert (guess.low[at], guess.high[at]) == (0.0, 1.0)
+    assert not {"muscle", "age_shows", "asym_jaw", "brow_thickness"} & set(guess.identity)
