@@ -12,13 +12,41 @@ from numpy.typing import NDArray
 from .common.polylines import arc_lengths, resampled
 from .common.ties import first_least, first_most
 
-PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows", "bust")
+PART_NAMES = ("skin", "eyes", "teeth", "tongue", "lashes", "brows", "bust", "gums")
 HAIR_PARTS = ("lashes", "brows")  # blades
 # Coloured, but no surface to draw contours of; the bust is what closes the cut of the neck.
 UNDRAWN_PARTS = (*HAIR_PARTS, "bust")
 
+# The source's head looks up a little; turned down by so much (radians) it stands as people draw a
+# face, with the jaw's outline before the neck.
+LOOK_DOWN = float(np.radians(7.0))
+
 # The neck is cut at y = a + b z of the source data (decimetres): higher at the back.
 NECK_CUT = (5.85, -0.2)
+
+# How far from the mouth's upright axis its lining lies, halfway through lips and cheeks: by the
+# degrees that a place is turned from the front, less what it is by the height; in millimetres.
+# The axis stands LIPS_BEFORE in front of it; heights are from where the lips meet.
+LINING = ((0.0, 22.0, 30.0, 90.0, 180.0), (48.6, 47.8, 45.0, 44.0, 44.0))
+LINING_LESS = (
+    (-28.0, -24.0, -20.0, -16.0, -12.0, -7.0, 10.0, 20.0, 33.0),
+    (25.0, 15.0, 9.0, 4.5, 2.0, 0.0, 0.0, 3.0, 12.0),
+)
+LIPS_BEFORE = 55.4
+LINED = (-28.0, 33.0)  # heights between which there is a cavity
+DEEP = -80.0  # how far behind the axis
+
+
+def lines_mouth(places: NDArray) -> NDArray[np.bool_]:
+    """(k,) which places (k, 3) on the skin line the mouth, from where the lips meet: millimetres
+    on a face of the default size whose mouth's axis is upright."""
+    x, y, z = np.asarray(places).T
+    z = z + LIPS_BEFORE
+    turn = np.degrees(np.arctan2(np.abs(x), z))
+    least = np.interp(turn, *LINING) - np.interp(y, *LINING_LESS)
+    away = np.hypot(x, np.maximum(z, 0))
+    return np.asarray((away < least) & (z > DEEP) & (y > LINED[0]) & (y < LINED[1]))
+
 
 _SIDED: dict[str, tuple[str, tuple[float, ...]]] = {
     "eye_inner": ("skin", (1.62, -0.36)),
@@ -203,8 +231,8 @@ def brow_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArr
 
 
 # The border of the lips, from the middle to the corner on the face's left.
-LIP_UPPER = ((0.0, -5.82), (0.42, -5.66), (1.0, -5.98), (1.65, -6.42), (2.18, -6.82))
-LIP_LOWER = ((0.0, -7.95), (0.6, -7.88), (1.2, -7.62), (1.75, -7.22), (2.18, -6.86))
+LIP_UPPER = ((0.0, -5.82), (0.42, -5.66), (1.0, -5.98), (1.68, -6.39), (2.34, -6.80))
+LIP_LOWER = ((0.0, -7.95), (0.6, -7.88), (1.2, -7.62), (1.78, -7.22), (2.34, -6.84))
 
 
 def lip_curves(vertices, triangles, skin, eyes_middle) -> dict[str, tuple[NDArray, NDArray]]:

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .anatomy import LOOK_DOWN, lines_mouth
 from .common.derived import derived
 from .looks import PLAIN, Finish, colours_of
 from .rig import FaceRig, landmark_points
+from .rotation import rotation
 
 MATERIAL_NAMES = tuple(PLAIN)
 MADE_OF = {"bust": "skin"}  # part -> material, where it has another name
@@ -102,11 +104,12 @@ def materials_at(
 
 def _inside_mouth(rig: FaceRig, neutral: NDArray, points: NDArray) -> NDArray[np.bool_]:
     """(k,) which skin points line the cavity behind the lips rather than the face."""
-    place = landmark_points(rig, neutral)
-    lips = (place["lip_top"] + place["lip_bottom"]) / 2
-    width = np.abs(place["mouth_corner_left"] - place["mouth_corner_right"])[0]
-    near = np.abs(points - lips) < [0.45 * width, 0.27 * width, np.inf]
-    return near[:, 0] & near[:, 1] & (points[:, 2] < lips[2] - 0.018) & (points[:, 2] > -0.01)
+    place, default = (landmark_points(rig, v) for v in (neutral, rig.neutral()))
+    lips = (place["lip_inner_top"] + place["lip_inner_bottom"]) / 2
+    ends = "mouth_corner_left", "mouth_corner_right"
+    width, usual = (p[ends[0]][0] - p[ends[1]][0] for p in (place, default))
+    places = 1000 * (points - lips) * (usual / width)
+    return lines_mouth(places @ rotation((0.0, -LOOK_DOWN, 0.0)).T)
 
 
 def vertex_colours(rig: FaceRig, identity: Mapping[str, float] | None = None) -> NDArray[np.uint8]:

@@ -366,14 +366,14 @@ class FaceRig:
     @cached_property
     def _span(self) -> tuple[sp.csr_matrix, NDArray[np.float32]]:
         """Rows of the refinement, and weights, of vertices that span every person's head."""
-        used = np.unique(self._matrix.indices)  # some of the cage only holds the rest
+        bare = self.parts["skin"].copy()  # without what details move: they are left out
+        bare[self.motions.skin_at[np.unique(self.motions.details.indices // 3)]] = False
+        skin = np.flatnonzero(bare)
+        rows = self._matrix[skin]
+        used = np.unique(rows.indices)  # some of the cage only holds the rest
         moves = self.motions.targets.reshape(CAGE_TARGETS, -1, 3)[:, used]
         corners = used[spanning(self._base[used] + np.concatenate([[0 * moves[0]], moves]))]
-        still = np.ones(self.n_vertices, dtype=bool)  # not moved by details, which are left out
-        moved = np.unique(self.motions.details.indices // 3)
-        still[self.motions.skin_at[moved]] = False
-        fine = sp.diags(still.astype(np.float32)) @ self._matrix[:, corners]
-        at = np.unique(np.asarray(fine.argmax(axis=0)))  # on the skin itself
+        at = skin[np.unique(np.asarray(rows[:, corners].argmax(axis=0)))]  # on the skin itself
         return self._matrix[at], self.weights[at]
 
     def extent(self, parameters: FaceParameters) -> NDArray[np.float32]:

@@ -11,6 +11,7 @@ Only the data files are read: the package itself is never imported.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,9 +20,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..anatomy import LANDMARK_POINTS, PART_NAMES, brow_curves, eye_curves, lip_curves
+from ..anatomy import (
+    LANDMARK_POINTS,
+    LOOK_DOWN,
+    PART_NAMES,
+    brow_curves,
+    eye_curves,
+    lip_curves,
+)
 from ..common.ties import first_least
-from ..controls import CONTROLS, WHOLE
+from ..controls import ARKIT_NAMES, CONTROLS, WHOLE, Control
 from ..curves import curve_arrays
 from ..identity import DETAILS, STYLED
 from ..keys import Key
@@ -32,6 +40,7 @@ from ..subdivide import refine, triangulate
 from .actions import action_variants
 from .brows import brow_details, brow_edges, brows
 from .bust import as_fine, cut_ring, levelled
+from .corners import mouth_cage, open_smile, raise_cheeks, stiffen_corners
 from .creases import Skin, default_creases, refinement_levels, rest_folds, single_grooves, skin_of
 from .ears import sculpted_ears
 from .eyes import (
@@ -48,8 +57,31 @@ from .lashes import lashes
 from .layers import drawing_layers
 from .levels import medium_polygons, without_tips
 from .lids import keep_round, lid_deltas, lid_keys
-from .lips import Mouth, lip_keys, measure_mouth, seal_controls, seal_identities
+from .lips import (
+    PRESSED_SEALED,
+    SEALED,
+    Mouth,
+    close,
+    lip_keys,
+    measure_mouth,
+    seal_controls,
+    seal_identities,
+)
 from .makehuman import JOINTS, Source, read_source
+from .mouth import (
+    Frames,
+    Jaw,
+    clear_out,
+    follow_mouth,
+    follow_people,
+    jaw_keys,
+    make_frames,
+    measure_jaw,
+    mouth_parts,
+    put_out,
+    stiffen,
+    turn_skin,
+)
 from .people import People, read_people
 from .strands import Hairs, add_hairs, carry_hairs, mirror_cage
 from .uv import carried_uv, hair_uv, uv_arrays
@@ -60,9 +92,10 @@ from .warps import OPENING, warps
 # which of them are exactly zero is up to the processor; the smallest that mean anything are 1e-10.
 NOISE = 1e-12
 
-# The source's head looks up a little; turned down by this many degrees it stands as people draw a
-# face, with the jaw's outline before the neck.
-LOOK_DOWN = 7.0
+PULLED = ("smile", "grimace", "frown")  # what pulls the lips as they are
+PULLED_ARKIT = ("mouthSmile", "mouthStretch", "mouthFrown")
+GUIDES = ("teeth", "tongue", "lashes")  # parts of the source that only guide what stands for them
+INSIDE = ("teeth", "gums", "tongue")  # the mouth's own parts
 
 
 @dataclass(frozen=True)
@@ -93,6 +126,8 @@ def bake(data: Path) -> dict[str, NDArray]:
     m = source.size
     people = read_people(source)
     sculpt(source, people)
+    frames, jaw = make_frames(source), measure_jaw(source, people.plain)
+    clear_out(source, people, frames)
     balls = eye_balls(source, people.base)
     for side, ball in balls.items():
         keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
@@ -100,16 +135,34 @@ def bake(data: Path) -> dict[str, NDArray]:
     mesh, medium = refined(source, people.plain)
     fields = lid_fields(source, people.plain, mesh.matrix, mesh.triangles, mesh.part)
     lid_rest = fit_lids(people, m, mesh.matrix[mesh.skin], fields, balls)
-    mesh, hairs = with_hair(source, people.plain, mesh)
+    mesh, medium, hairs = with_parts(source, people.plain, mesh, medium, frames)
     mouth = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin)
+    closed = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin, SEALED)
     seal_identities(people, mouth)
+    close(people, closed, PRESSED_SEALED)
+    follow_people(source, people, frames)
 
     controls = read_controls(source, mouth)
+    cage = mouth_cage(source, people.plain)
+    opening = opening_of(CONTROLS)
+    wide = np.array([control.name.startswith(PULLED) for control in CONTROLS])
+    move_mouth(controls, opening, wide, source, cage, frames, jaw)
+    raise_cheeks(controls[:, :m], cage, source, mouth.masks)
     seal_controls(controls, people.plain, mouth)
     keys, moves, active = expression(source, people.plain, mesh, controls, fields, mouth)
+    for more, by in (
+        jaw_keys(frames, jaw, cage, opening.max()),
+        open_smile(source, cage, mouth.masks),
+    ):
+        keys += more
+        moves = np.concatenate([moves, np.pad(by, ((0, 0), (0, moves.shape[1] - m), (0, 0)))])
     rims = 1 - np.prod([1 - field.rim for field in fields.values()], axis=0)
     own_ways = action_variants(source, people.plain, controls, rims, mouth)
     arkit = lids_of_arkit(source, people.plain, mesh.matrix[mesh.skin], fields, balls)
+    jaws = (np.array(ARKIT_NAMES) == "jawOpen") * 1.0
+    wide = np.array([name.startswith(PULLED_ARKIT) for name in ARKIT_NAMES])
+    move_mouth(arkit, jaws, wide, source, cage, frames, jaw)
+    arkit[ARKIT_NAMES.index("tongueOut"), frames.carriers[2:].ravel()] = put_out(frames)
     sizes = len(people.base), mesh.matrix.shape[0]
 
     plain = people.plain
@@ -127,9 +180,12 @@ def bake(data: Path) -> dict[str, NDArray]:
         details[list(DETAILS).index(name), brow_hairs] = moves_of
     for name, fold in creased.rest.items():
         details[list(DETAILS).index(name)] = fold
-    upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T  # about the head's joint: the origin
+    upright = rotation((0.0, LOOK_DOWN, 0.0)).T  # about the head's joint: the origin
     opened, wider = lids_opened(plain[:m], fields)
     stylised, growth = warps((plain - origin) @ upright, m, opened @ upright)
+    plain_stylised = stylised @ upright.T
+    follow_mouth(plain_stylised, growth, source, plain, frames)
+    stylised = plain_stylised @ upright
     lid_rest = np.append(lid_rest, [wider * (f.name == OPENING) for f in STYLED])
     arrays = {
         "key_names": np.array([key.name for key in (*keys, *creased.keys)]),
@@ -191,7 +247,7 @@ def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArra
     """The cage refined where the plain face (M, 3) needs it, and the polygons that its vertices
     form a step before; lash sheets only guide lashes."""
     level = refinement_levels(plain[: source.size], source.quads, source.quad_part)
-    solid = source.quad_part != PART_NAMES.index("lashes")
+    solid = ~np.isin(source.quad_part, [PART_NAMES.index(name) for name in GUIDES])
     mirror, quads = mirror_cage(plain[: source.size]), source.quads[solid]
     level = without_tips(level[solid], quads)
     skin = source.quad_part[solid] == PART_NAMES.index("skin")
@@ -206,18 +262,32 @@ def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArra
     return mesh, medium_polygons(quads, level, mirror, fine)
 
 
-def with_hair(source: Source, plain: NDArray, mesh: Mesh) -> tuple[Mesh, tuple[Hairs, ...]]:
-    """The mesh with lashes and brows grown on it."""
+def with_parts(
+    source: Source, plain: NDArray, mesh: Mesh, medium: tuple[NDArray, NDArray], frames: Frames
+) -> tuple[Mesh, tuple[NDArray, NDArray], tuple[Hairs, ...]]:
+    """The mesh with teeth, gums and tongue, and with lashes and brows grown on it; the polygons
+    of a step before, with the mouth's; the hairs."""
     m = source.size
     skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
     hairs = (
         lashes(plain[:m], source.quads, source.quad_part, mesh.matrix, skin),
         brows(plain[:m], mesh.matrix, skin, plain[m + 2 : m + 4].mean(axis=0)),
     )
+    flat, starts = medium
+    for part in mouth_parts(frames, m):
+        coarse = len(mesh.part) + part.coarse
+        starts = np.append(starts, len(flat) + np.arange(0, coarse.size, 4)).astype(starts.dtype)
+        flat = np.append(flat, coarse).astype(flat.dtype)
+        mesh = grown(mesh, part.fine, part.uv)
     for hair in hairs:
-        uv = np.concatenate([mesh.uv, hair_uv(hair)])
-        mesh = Mesh(*add_hairs(mesh.matrix, mesh.polygons, mesh.part, hair), uv)
-    return replace(mesh, matrix=without_noise(mesh.matrix)), hairs
+        mesh = grown(mesh, hair, hair_uv(hair))
+    return replace(mesh, matrix=without_noise(mesh.matrix)), (flat, starts), hairs
+
+
+def grown(mesh: Mesh, part: Hairs, uv: NDArray) -> Mesh:
+    """The mesh with what is bound to the cage beside the skin; uv : (c, 2) of its corners."""
+    more = add_hairs(mesh.matrix, mesh.polygons, mesh.part, part)
+    return Mesh(*more, np.concatenate([mesh.uv, uv]))
 
 
 def without_noise(matrix: sp.csr_matrix) -> sp.csr_matrix:
@@ -233,6 +303,35 @@ def without_noise(matrix: sp.csr_matrix) -> sp.csr_matrix:
 def read_controls(source: Source, mouth: Mouth) -> NDArray[np.float64]:
     """(47, M, 3) metres that each control's mix moves the cage at intensity 5."""
     return np.stack([source.mixed(control.mix, mouth.masks) for control in CONTROLS])
+
+
+def move_mouth(
+    moves: NDArray,
+    opening: NDArray,
+    wide: NDArray,
+    source: Source,
+    cage: NDArray,
+    frames: Frames,
+    jaw: Jaw,
+) -> None:
+    """Give displacements (k, M, 3) of the cage the mouth's parts, the jaw's hinge and sound corners
+    of the mouth, in place; opening : see `stiffen`;  wide : see `stiffen_corners`."""
+    m = source.size
+    stiffen(moves, opening, source, frames, jaw)
+    turn_skin(moves[:, :m], opening, cage, jaw)
+    shut = opening == 0
+    lips = moves[shut, :m]
+    stiffen_corners(lips, cage, source.is_part("skin"), wide[shut])
+    moves[shut, :m] = lips
+
+
+def opening_of(controls: Sequence[Control]) -> NDArray[np.float64]:
+    """(k,) how far controls open the jaw at intensity 5, in ARKit's jawOpen."""
+    return np.array([
+        sum(weight / (2 if "|" in entry else 1)
+            for entry, weight in control.mix if entry.partition("|")[0] == "arkit/jawOpen")
+        for control in controls
+    ])  # fmt: skip
 
 
 def expression(
@@ -336,7 +435,7 @@ def raise_creases(
 def follow_weights(source: Source, mesh: Mesh) -> NDArray[np.float64]:
     """(n, 2) how far each vertex follows head and neck; what is in the skull follows fully."""
     weights = np.round(np.clip(mesh.matrix @ source.skin_weights(), 0, 1), 5)
-    weights[np.isin(mesh.part, [PART_NAMES.index(p) for p in ("eyes", "teeth", "tongue")])] = 1
+    weights[np.isin(mesh.part, [PART_NAMES.index(p) for p in ("eyes", *INSIDE)])] = 1
     return weights
 
 

@@ -21,11 +21,17 @@ from .makehuman import JOINTS, Source
 from .people import WHOLE_FACES, People
 
 ZONES = (-0.0235, -0.017, -0.009, 0.0, 0.009, 0.017, 0.0235)  # metres from the middle
+# Where closed lips are laid on each other once more: near the corner, where the seam is slanted and
+# a gap would show teeth. Beyond these places the push ends at once, in metres.
+_NEAR_CORNER = (0.0187, 0.0197, 0.0206, 0.0213)
+SEALED = (*(-x for x in _NEAR_CORNER[::-1]), *ZONES[1:-1], *_NEAR_CORNER)
+BEYOND, BEYOND_SEALED = 0.015, 0.0014
 OVERLAP = 0.005  # metres that a contact key at value 1 parts the lips by
 REACH = 0.020  # metres above and below the seam over which the push fades
-HALF = 0.0013  # metres to each side of a zone where its lips are looked for
+HALF, HALF_NEAR = 0.0013, 0.0005  # metres to each side of a zone where its lips are looked for
 SLACK = 0.0002  # metres that lips may press into each other before they are parted
-PRESSED = 0.0004  # metres that lips at rest press into each other, so that no gap shows
+# Metres that lips at rest press into each other, so that no gap shows; SEALED, more.
+PRESSED, PRESSED_SEALED = 0.0004, 0.0007
 # Controls that part the lips; all others leave a closed mouth closed.
 PARTING = ("sneer", "lower_lip_depress", "lip_loosen", "jaw_", "wince")
 # Lips that roll in pass behind each other's edge, unseen: only a part of that is an overlap.
@@ -37,9 +43,10 @@ LEAST_CLOSING = 0.00025  # metres at intensity 5: a control that does less does 
 class Mouth:
     """Where the lips of the plain face are, and what parts them.
 
-    matrix : (n, m) refinement;  zones : for each of ZONES the vertices of the upper lip that face
-    down and of the lower that face up;  apart : (zones, m, 3) displacements of the cage that part
-    the lips by OVERLAP;  masks : left, right, upper, lower -> (m, 1) weights that cut a blendshape;
+    matrix : (n, m) refinement;  zones : for each of some places along the mouth the vertices of
+    the upper lip that face down and of the lower that face up;  apart : (zones, m, 3)
+    displacements of the cage that part the lips by OVERLAP;  masks : left, right, upper, lower ->
+    (m, 1) weights that cut a blendshape;
     markers : (zones, 2) the lowest vertex of the upper lip and the highest of the lower
     """
 
@@ -61,9 +68,15 @@ class Mouth:
 
 
 def measure_mouth(
-    source: Source, plain: NDArray, matrix: sp.csr_matrix, triangles: NDArray, skin: NDArray
+    source: Source,
+    plain: NDArray,
+    matrix: sp.csr_matrix,
+    triangles: NDArray,
+    skin: NDArray,
+    places: tuple[float, ...] = ZONES,
 ) -> Mouth:
-    """The mouth of the plain face (M, 3); skin : (n,) which fine vertices are skin."""
+    """The mouth of the plain face (M, 3); skin : (n,) which fine vertices are skin; places :
+    metres from the middle at which the lips are looked at."""
     cage = plain[: source.size] - plain[source.size + JOINTS.index("head")]
     fine = matrix @ cage
     normals = vertex_normals(fine, triangles)
@@ -72,12 +85,13 @@ def measure_mouth(
     x, y, z = fine.T
     near = skin & (np.abs(y - seam[1]) < 0.006) & (z > seam[2] - 0.008 - 25 * x**2)
     zones, markers = [], []
-    for zone in ZONES:
-        here = near & (np.abs(x - zone) < HALF)
+    for zone in places:
+        half = HALF_NEAR if places is SEALED and abs(zone) in _NEAR_CORNER else HALF
+        here = near & (np.abs(x - zone) < half)
         upper, lower = (np.flatnonzero(here & (sign * normals[:, 1] > 0.3)) for sign in (-1, 1))
         zones.append((upper, lower))
         markers.append((upper[first_least(y[upper])], lower[first_most(y[lower])]))
-    apart = lip_deltas(cage, masks["upper"][:, 0], source.is_part("skin"), seam[1])
+    apart = lip_deltas(cage, masks["upper"][:, 0], source.is_part("skin"), seam[1], places)
     return Mouth(matrix, zones, apart, masks, np.array(markers))
 
 
@@ -102,17 +116,24 @@ def lip_line(cage: NDArray) -> int:
 
 def seal_identities(people: People, mouth: Mouth) -> None:
     """Close the lips of every identity at rest, in place; features leave them as they are."""
+    close(people, mouth, PRESSED)
     m = mouth.matrix.shape[1]
-    for k in range(WHOLE_FACES):
-        people.deltas[k, :m] = sealed(
-            people.base[:m], people.deltas[k, :m], mouth, lambda gaps: gaps + PRESSED
-        )
-    plain = people.plain[:m]  # with its share of the body's weight, which all faces have
-    people.base[:m] += sealed(plain, np.zeros_like(plain), mouth, lambda gaps: gaps + PRESSED)
     plain = people.plain[:m]
     rest = mouth.gaps(plain)
     for k in range(WHOLE_FACES, len(people.deltas)):
         people.deltas[k, :m] = sealed(plain, people.deltas[k, :m], mouth, lambda gaps: gaps - rest)
+
+
+def close(people: People, mouth: Mouth, pressed: float) -> None:
+    """Close the lips of whole faces at rest until they press into each other by so many metres,
+    in place."""
+    m = mouth.matrix.shape[1]
+    for k in range(WHOLE_FACES):
+        people.deltas[k, :m] = sealed(
+            people.base[:m], people.deltas[k, :m], mouth, lambda gaps: gaps + pressed
+        )
+    plain = people.plain[:m]  # with its share of the body's weight, which all faces have
+    people.base[:m] += sealed(plain, np.zeros_like(plain), mouth, lambda gaps: gaps + pressed)
 
 
 def seal_controls(controls: NDArray, plain: NDArray, mouth: Mouth) -> None:
@@ -163,7 +184,9 @@ def lip_keys(controls: NDArray, mouth: Mouth) -> list[Key]:
     return keys
 
 
-def lip_deltas(cage: NDArray, is_upper: NDArray, movable: NDArray, seam_y: float) -> NDArray:
+def lip_deltas(
+    cage: NDArray, is_upper: NDArray, movable: NDArray, seam_y: float, places: tuple[float, ...]
+) -> NDArray:
     """(zones, m, 3) displacements of `lip_keys` on the cage (m, 3).
 
     is_upper : (m,) 1 above the seam, 0 below;  movable : (m,) bool, the skin
@@ -171,10 +194,11 @@ def lip_deltas(cage: NDArray, is_upper: NDArray, movable: NDArray, seam_y: float
     x, away = cage[:, 0], np.abs(cage[:, 1] - seam_y)
     t = np.clip(away / REACH, 0, 1)
     fade = (1 - t * t * (3 - 2 * t)) * movable * (cage[:, 2] > 0.06)
-    out = np.zeros((len(ZONES), len(cage), 3))
-    zones = np.array(ZONES)
+    out = np.zeros((len(places), len(cage), 3))
+    zones = np.array(places)
     hats = np.stack([np.interp(x, zones, np.eye(len(zones))[k]) for k in range(len(zones))])
-    beyond = np.clip(1 - (np.abs(x) - zones[-1]) / 0.015, 0, 1)
+    last = BEYOND_SEALED if places is SEALED else BEYOND
+    beyond = np.clip(1 - (np.abs(x) - zones[-1]) / last, 0, 1)
     for k, hat in enumerate(hats):
         out[k, :, 1] = OVERLAP / 2 * (2 * is_upper - 1) * fade * hat * beyond
     return out

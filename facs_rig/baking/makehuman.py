@@ -27,6 +27,7 @@ PART_GROUPS = {
                "helper-r-eyelashes-1", "helper-r-eyelashes-2"),
     "brows": (),
     "bust": (),
+    "gums": (),
 }  # fmt: skip
 HEAD_BONES = ("head", "jaw", "levator", "oculi", "orbicularis", "oris", "risorius", "special",
               "temporalis", "tongue", "eye")  # fmt: skip

@@ -16,9 +16,6 @@ from .strands import mirror_cage
 
 __all__ = ["WHOLE_FACES", "People", "read_people"]
 
-# The source's teeth shine through the corners of closed lips, and hide behind the upper lip.
-TEETH_NARROWER, TEETH_BACK = 0.8, 0.0025  # share; metres
-UPPER_TEETH_DOWN, LOWER_TEETH_DOWN = 0.005, 0.003  # metres
 # A child of six lies between the source's baby of one year and its child of ten.
 SIX = {"baby": 4 / 9, "child": 5 / 9}
 # At six a head has this share of the girth of an adult of its kind (Farkas 1994): boys and girls
@@ -47,12 +44,6 @@ class People:
 def read_people(source: Source) -> People:
     """All identity targets, in the order of `identity.target_weights`."""
     base = source.cage.copy()
-    teeth = np.flatnonzero(source.is_part("teeth"))
-    middle = (base[teeth, 1].max() + base[teeth, 1].min()) / 2  # between the two rows
-    down = np.where(base[teeth, 1] > middle, UPPER_TEETH_DOWN, LOWER_TEETH_DOWN)
-    base[teeth] *= (TEETH_NARROWER, 1, 1)
-    base[teeth] -= np.column_stack([0 * down, down, 0 * down + TEETH_BACK])
-
     names = macro_targets()
     ends = [
         end for f in (*ASYMMETRY, *FEATURES) for end in zip((f.low, f.high), f.reach, strict=True)
