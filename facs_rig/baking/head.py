@@ -233,7 +233,7 @@ def bake(data: Path) -> dict[str, NDArray]:
 def sculpt(source: Source, people: People) -> None:
     """Give everybody, in place, what the source lacks: canals of the ears, an even cut."""
     m = source.size
-    upright = rotation((0.0, np.radians(LOOK_DOWN), 0.0)).T
+    upright = rotation((0.0, LOOK_DOWN, 0.0)).T
     own = np.flatnonzero(source.is_part("skin"))
     points = (people.plain[:m] - people.plain[m + JOINTS.index("head")]) @ upright
     ring = cut_ring(points, source.quads[source.quad_part == PART_NAMES.index("skin")])
