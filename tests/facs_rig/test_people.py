@@ -25,6 +25,7 @@ from facs_rig.macros import age_of, childhood, drawn_person, years
 MM = 1e-3
 SEXES = {"woman": 0.0, "man": 1.0}
 LATER = (25, 45, 60, 75, 90)
+CUT = -0.06  # metres: the neck's cut lies lower
 
 
 @pytest.fixture(scope="module")
@@ -80,14 +81,14 @@ def test_people_of_the_last_version_are_the_same(rig):
     """Every 50th vertex of skin and eyes of a dozen people, as the first version had them.
 
     Distances to the surface, so that the mesh may change; but for the auricles and the inside of
-    the mouth, which are sculpted anew.
+    the mouth, which are sculpted anew, and the neck near its cut, which is even now.
     """
     stored = np.load(Path(__file__).with_name("fixtures") / "people_1.npz")
     people = json.loads(str(stored["identities"]))
     rest = stored["plain"] * 1e-5
     ears = (np.abs(rest[:, 0]) > 0.066) & (np.abs(rest[:, 1] - 0.01) < 0.06) & (rest[:, 2] < 0.05)
     mouth = (np.abs(rest[:, 0]) < 0.035) & (np.abs(rest[:, 1] + 0.035) < 0.03) & (rest[:, 2] > 0)
-    kept = ~ears & ~mouth
+    kept = ~ears & ~mouth & (rest[:, 1] > CUT)
     assert kept.sum() > 500
     solid = np.isin(rig.triangle_part, [rig.part_names.index(p) for p in ("skin", "eyes")])
     for name, who in people.items():
