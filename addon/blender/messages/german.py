@@ -229,7 +229,7 @@ FEATURES = {
     "Weight": "Gewicht",
     "Muscle": "Muskeln",
     "How much age shows": "Wie sehr man das Alter sieht",
-    "How much sex shows": "Wie sehr man das Geschlecht sieht",
+    "How much sex shows": "Sichtbares Geschlecht",
     "How much weight shows": "Wie sehr man das Gewicht sieht",
     "African share": "Afrikanischer Anteil",
     "Asian share": "Asiatischer Anteil",
