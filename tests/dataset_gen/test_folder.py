@@ -104,7 +104,8 @@ def test_without_any_sums_every_sample_is_looked_at(made, damage):
 
 def test_a_torn_shard_is_one_sentence_for_whoever_reads(made):
     shard = made / "shard-000001.tar"
-    shard.write_bytes(shard.read_bytes()[:-4096])
+    whole = shard.read_bytes()
+    shard.write_bytes(whole[: len(whole) // 2])  # a tar's end is up to 10 kB of nothing
     for read in (read_shards, read_meshes):
         with pytest.raises(ValueError, match="shard-000001.tar is (damaged|cut short)"):
             list(read(made))
