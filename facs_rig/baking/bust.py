@@ -18,7 +18,7 @@ REACH = 0.04  # metres above the cut that levelling it moves
 NARROW, FLARE = 0.050, 0.55  # metres from the middle; share of what goes beyond that is taken back
 FLAT = 1e-6  # metres from the plane of symmetry
 # Free of the source's map near where it has other skin: the middle, and its width for a metre.
-PLACE, WIDTH = (0.35, 0.5), 0.9
+PLACE, WIDTH = (0.35, 0.7), 0.9
 
 
 def foot(
@@ -40,9 +40,11 @@ def foot(
     down = middle - higher
     down = down / np.linalg.norm(down @ cage)
     every = sp.csr_matrix(np.ones((count, 1)))
+    rounder = _rounder(count)
     rows, spread = [], []
-    for share, below in RINGS:
-        rows.append((1 - share) * pick + every @ (share * middle + 1e-3 * below * down))
+    for number, (share, below) in enumerate(RINGS):
+        rim = rounder ** (number * number) @ pick  # an even oval in the end, without a hollow
+        rows.append((1 - share) * rim + every @ (share * middle + 1e-3 * below * down))
         spread.append(np.full(count, 1 - share - 8e-3 * below))
     half = count // 2
     left, right = np.arange(1, half), np.arange(count - 1, half, -1)
@@ -64,6 +66,14 @@ def foot(
     found = np.concatenate([*sides, np.array(disc)])
     matrix = sp.vstack(rows).tocsr()
     return matrix, found, _places(matrix @ cage, np.concatenate(spread), found - len(cage), count)
+
+
+def _rounder(count: int) -> sp.csr_matrix:
+    """(count, count) each point of a ring halfway between itself and its neighbours."""
+    k = np.arange(count)
+    near = (np.full(3 * count, 1.0), (np.tile(k, 3), np.concatenate([k, k - 1, k + 1]) % count))
+    near[0][:count] = 2.0
+    return sp.csr_matrix(near, (count, count)) / 4
 
 
 def as_fine(
@@ -123,7 +133,9 @@ def cut_ring(cage: NDArray, quads: NDArray) -> NDArray[np.int64]:
 def _places(points: NDArray, spread: NDArray, quads: NDArray, count: int) -> NDArray[np.float64]:
     """Texture (f, 4, 2): the foot from below, its rounded edge flattened."""
     middle = points[:count].mean(axis=0)
-    rim = np.tile(points[:count] - middle, (len(RINGS), 1)) * spread[:, None]
+    rings = points[: count * len(RINGS)] - middle
+    shares = np.repeat([1 - share for share, _ in RINGS], count)
+    rim = rings * (spread / shares)[:, None]
     half = count // 2
     last = rim[-count:]
     line = (last[1:half] + last[:half:-1]) / 2
