@@ -34,7 +34,7 @@ CORNER, CORNER_RADIUS = (2.25, -6.85, 1.2), 0.45  # cm, of the mouth
 AGED: dict[str, float] = {
     "eyes/{s}-eye-eyefold-down": 0.45, "eyes/{s}-eye-eyefold-angle-down": 0.5,
     "eyes/{s}-eye-bag-incr": 0.5, "mouth/mouth-laugh-lines-in": 0.2,
-    "mouth/mouth-upperlip-height-decr": 0.4, "mouth/mouth-lowerlip-height-decr": 0.24,
+    "mouth/mouth-upperlip-height-decr": 0.45, "mouth/mouth-lowerlip-height-decr": 0.28,
     "ears/{s}-ear-scale-vert-incr": 0.35, "ears/{s}-ear-lobe-incr": 0.45,
     "nose/nose-base-down": 0.3, "nose/nose-volume-incr": 0.25, "nose/nose-scale-vert-incr": 0.15,
     "head/head-age-incr": 0.45, "cheek/{s}-cheek-volume-decr": 0.35,
