@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 def fit_arguments(parser: argparse.ArgumentParser) -> None:
     from addon.pipeline import METHODS, FitOptions
+    from facs_rig.levels import FULL
 
     parser.add_argument(
         "sketch", type=file_name, help="picture of a drawn face (PNG, JPEG, WebP, TIFF, BMP, GIF)"
@@ -84,6 +85,13 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         help="lines: the face's lines are brought to the drawing's, its person and expression "
         "first; shape: person and expression alone, the skin stays smooth; thesis: the drawing's "
         f"contours slide over the shaded face (default {FitOptions.method})",
+    )
+    parser.add_argument(
+        "--detail",
+        metavar="LEVEL",
+        default=FULL,
+        help="of the written face: full (the default), medium (a quarter of the polygons) or game "
+        "(under 6,000 triangles)",
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="say nothing when all is well")
     _stroke_arguments(parser)
@@ -152,6 +160,7 @@ def _setting_argument(group: argparse._ArgumentGroup, item: Field[Any]) -> None:
 def fit(options: argparse.Namespace) -> int:
     from facs_rig.common.box import Box
     from facs_rig.common.files import Outputs, check_output
+    from facs_rig.levels import check_level
     from snakes import Tweakables, describe
 
     sketch = Path(options.sketch)
@@ -163,6 +172,7 @@ def fit(options: argparse.Namespace) -> int:
         check_output(options.report, (".json",))
     if options.preview:
         check_output(options.preview, (".png",))
+    check_level(options.detail)
     values = {name: getattr(options, name) for name, *_ in describe()}
     tweakables = Tweakables(**values)
     if options.align is not None:
@@ -194,7 +204,7 @@ def fit(options: argparse.Namespace) -> int:
             from PIL import Image
 
             Image.fromarray(pipeline.preview(fitted)).save(outputs.beside(options.preview))
-        pipeline.write_face(fitted, face, outputs)
+        pipeline.write_face(fitted, face, outputs, options.detail)
     if not options.quiet:
         _tell_fit(report, [face, options.report, options.preview])
         if fitted.detection.turn:

@@ -29,6 +29,7 @@ from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
+from facs_rig.levels import FULL, at_level, kept_by
 from facs_rig.paint import linear_light
 from facs_rig.shape import Shape, rig_shape
 
@@ -48,6 +49,7 @@ def write_mesh(
     *,
     names: str = "ours",
     keys: bool = False,
+    detail: str = FULL,
     progress: Progress | None = None,
     outputs: Outputs | None = None,
 ) -> None:
@@ -57,6 +59,7 @@ def write_mesh(
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
+    detail : the level, one of facs_rig.levels.LEVELS
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
     outputs : the job that this is a part of: the face appears together with its other files
@@ -70,6 +73,8 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
+    rig = at_level(rig, detail)
+    offsets = None if offsets is None else kept_by(rig, offsets)
     moved = keys or suffix in (".glb", ".fbx")
     targets = morph_targets(rig, parameters, names) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
@@ -285,7 +290,7 @@ def _write_blend(path: Path, rig, parameters, offsets, name: str, names: str) ->
     build_face(name, rig, parameters, offsets, arkit=names == "arkit")
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
-        bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
 
 
 def _write_fbx(

@@ -32,6 +32,7 @@ from facs_rig.common.clock import Clock
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
+from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
 
 __all__ = [
@@ -214,9 +215,14 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     )
 
 
-def write_face(face: FaceFit, path: str | Path, outputs: Outputs | None = None) -> None:
-    """Write the face to .glb, .obj, .ply or .blend, whole or not at all (see addon.export)."""
-    write_mesh(Path(path), face.rig, face.parameters, face.offsets, outputs=outputs)
+def write_face(
+    face: FaceFit, path: str | Path, outputs: Outputs | None = None, detail: str = FULL
+) -> None:
+    """Write the face to .glb, .obj, .ply or .blend, whole or not at all (see addon.export).
+
+    detail : the level, one of facs_rig.levels.LEVELS
+    """
+    write_mesh(Path(path), face.rig, face.parameters, face.offsets, detail=detail, outputs=outputs)
 
 
 def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:

@@ -32,6 +32,7 @@ examples:
   sketch2face rig -o face.glb --au smile=4 --au squint=2 --identity age=0.8 --head=-20,5,0
   sketch2face rig -o manga.glb --person manga --au smile=4 --identity eye_size=2.8
   sketch2face rig -o face.fbx --expression joy.json --names arkit
+  sketch2face rig -o light.glb --detail medium             or game: fewer polygons, the same keys
 """
 
 
@@ -92,6 +93,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--names", choices=("ours", "arkit"), help="shape keys: our 47 (default) or ARKit's 52"
     )
     export.add_argument(
+        "--detail",
+        metavar="LEVEL",
+        help="full, medium (a quarter of the polygons) or game (under 6,000 triangles)",
+    )
+    export.add_argument(
         "--keys",
         action="store_true",
         help="beside FACE.obj a folder FACE_keys with a face for each shape key",
@@ -113,7 +119,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 # What only one of the jobs understands.
 OWN = {
     "--sheet OUT.png": ("size", "shaded", "drawn", "view", "layers", "only"),
-    "-o FACE": ("expression", "au", "gaze", "head", "neck", "names", "keys"),
+    "-o FACE": ("expression", "au", "gaze", "head", "neck", "names", "keys", "detail"),
 }
 
 
@@ -246,12 +252,17 @@ def _export(options: argparse.Namespace) -> int:
             f"a file such as '{face.name}' cannot hold shape keys; use .glb, .fbx, .blend, "
             "or .obj with --keys."
         )
+    if options.detail:
+        from facs_rig.levels import check_level
+
+        check_level(options.detail)
     distinct([face, options.expression])
     need_bpy(face)
     parameters = _parameters(options)
 
     from addon.export import write_mesh
     from facs_rig import load_rig
+    from facs_rig.levels import FULL
 
     with Bar("writing") as bar:
         write_mesh(
@@ -260,6 +271,7 @@ def _export(options: argparse.Namespace) -> int:
             parameters,
             names=options.names or "ours",
             keys=options.keys,
+            detail=options.detail or FULL,
             progress=bar,
         )
     remark(f"written        {face}")

@@ -22,7 +22,7 @@ from fit_pictures import (
     steps_of_both_methods,
 )
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw
 from sphere_picture import sphere_example
 from style_pictures import stylised_people
 
@@ -48,6 +48,7 @@ from facs_rig import (
     TWELVE,
     Camera,
     FaceParameters,
+    FaceRig,
     landmark_points,
     load_rig,
 )
@@ -55,7 +56,9 @@ from facs_rig.actions import drawn_actions
 from facs_rig.expressions import random_expression
 from facs_rig.folds import drawn_creases
 from facs_rig.identity import FEATURES
+from facs_rig.levels import LEVELS, at_level
 from facs_rig.macros import age_of
+from facs_rig.raster import rasterise
 
 IMAGES = Path(__file__).parent / "images"
 Picture = NDArray[np.uint8]
@@ -263,6 +266,40 @@ def layers() -> None:
     save("face_layers.png", grid(blocks, 4))
 
 
+def levels() -> None:
+    """The levels of detail: at rest with their polygons, acting, and as line drawings."""
+    acting = FaceParameters({"smile": 4.0, "jaw_open": 3.0, "frontalis": 3.0})
+    asleep = FaceParameters({"blink": 5.0, "frown": 3.0})
+    camera = close_up(load_rig(), size=420)
+    pictures = []
+    for name in LEVELS:
+        rig = at_level(load_rig(), name)
+        shaded = [face_picture(rig, face, camera, "shaded") for face in (acting, asleep)]
+        drawn = face_picture(rig, acting, camera, "drawn")
+        row = np.concatenate([wireframe(rig, camera), *shaded, drawn], axis=1)
+        text = f"{name}: {rig.n_vertices:,} vertices, {len(rig.triangles):,} triangles"
+        pictures.append(captioned(row, text, 16))
+    save("face_levels.png", np.concatenate(pictures))
+
+
+def wireframe(rig: FaceRig, camera: Camera) -> Picture:
+    """The polygons of a face at rest that are seen, on its shaded picture."""
+    vertices = rig.neutral()
+    shown = face_picture(rig, FaceParameters(), camera, "shaded")
+    page = Image.fromarray(shown).resize((2 * camera.width, 2 * camera.height))
+    draw, pixels = ImageDraw.Draw(page), 2 * camera.project(vertices)
+    seen = np.unique(rasterise(vertices, rig.triangles, camera).triangle)
+    sizes = np.diff(np.append(rig.polygon_starts, len(rig.polygon_vertices)))
+    owner = np.repeat(np.arange(len(sizes)), sizes - 2)
+    skin = rig.vertex_part[rig.polygon_vertices[rig.polygon_starts]] == 0
+    for polygon in np.unique(owner[seen[seen >= 0]]):
+        if skin[polygon]:
+            start = rig.polygon_starts[polygon]
+            ring = pixels[rig.polygon_vertices[start : start + sizes[polygon]]]
+            draw.polygon([tuple(point) for point in ring[:, :2]], outline="#3050a0")
+    return np.asarray(page.resize((camera.width, camera.height), Image.Resampling.LANCZOS))
+
+
 def gaze() -> None:
     """Where the eyes look, and the lids that follow them; then blinks while looking."""
     rig = load_rig()
@@ -440,7 +477,7 @@ def sphere() -> None:
 
 
 FACE = (contact_sheets, pairs, identities, face_ages, face_variants, features, styles, gaze,
-        layers, one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
+        layers, levels, one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
                                     sphere, engraved)}  # fmt: skip

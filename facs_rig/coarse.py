@@ -6,14 +6,12 @@ one of them. So it is closed wherever the fine mesh is, and all that stays is wh
 
 from __future__ import annotations
 
-import copy
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
 from .anatomy import PART_NAMES, UNDRAWN_PARTS
-from .common.derived import derived, forget
+from .common.derived import derived
+from .levels import at_vertices
 from .rig import FaceRig
 
 
@@ -24,34 +22,20 @@ def coarse_rig(rig: FaceRig) -> FaceRig:
     It takes the same parameters; its vertices lie where this one has them, and its landmarks and
     strokes are the same. There is nothing to mirror and no other curve on it.
     """
-    matrix, part = rig._matrix, rig.vertex_part
     bound = (*rig.strokes.values(), *rig.under.values())
     carriers = [index[weight != 0] for index, weight in bound]
-    fine = merged(rig, np.concatenate([rig.medium[0], *carriers]))
+    medium = rig.texture.vertices[rig.lighter["medium"][0]]
+    fine = merged(rig, np.concatenate([medium, *carriers]))
     at = np.unique(np.concatenate([fine.ravel(), rig.landmarks, *carriers]))
+    new = at_vertices(rig, at, fine.ravel(), np.arange(0, fine.size, 3))
     number = np.zeros(rig.n_vertices, dtype=np.int32)
     number[at] = np.arange(len(at))
-
-    new = copy.copy(rig)
-    cached = {name for name, value in vars(type(rig)).items() if isinstance(value, cached_property)}
-    for name in cached & set(vars(new)):
-        delattr(new, name)
-    forget(new)
-    skin_at = rig.motions.skin_at
-    kept = np.isin(skin_at, at)
-    new.motions = rig.motions.at_skin(kept, number[skin_at[kept]].astype(np.intp))
-    new._matrix, new.n_vertices = matrix[at], len(at)
-    new.triangles = number[fine]
-    new.polygon_vertices = new.triangles.ravel()
-    new.polygon_starts = np.arange(0, new.triangles.size, 3, dtype=np.int32)
-    new.vertex_part, new.landmarks = part[at], number[rig.landmarks]
-    new.mirror, new.curves = np.arange(len(at), dtype=np.int32), {}
-    del new.texture  # nobody paints on it
+    new.landmarks = number[rig.landmarks]
     new.strokes, new.under = (
         {name: (number[index], w) for name, (index, w) in table.items()}
         for table in (rig.strokes, rig.under)
     )
-    new.place(rig.weights[at])
+    del new.texture  # nobody paints on it
     return new
 
 

@@ -39,9 +39,10 @@ class FaceRig:
     left, y up, z out of the face. See facs_rig.bake for how the asset is made.
 
     triangles : (t, 3) int32        polygon_vertices, polygon_starts : quads and triangles, flat
-    medium : the same of a quarter of the polygons, without hairs, between the same vertices
     vertex_part : (n,) uint8, index into part_names      mirror : (n,) int32
     texture : where the polygons' corners lie on a texture (see facs_rig.uv); `uv` in short
+    level, of_full : level of detail, and (n,) which of the full face's vertices it has
+    lighter : other level -> places of its polygons' corners, and starts (see facs_rig.levels)
     landmarks : (k,) int32, vertex of each facs_rig.LANDMARKS
     strokes : name -> (vertex indices (k, 3), weights (k, 3)) of brows and irises on the surface
     under : the same of the surface under them, which for the brows' edges is the skin under hairs
@@ -64,11 +65,14 @@ class FaceRig:
         self.polygon_vertices: NDArray[np.int32] = arrays["polygon_vertices"]
         self.polygon_starts: NDArray[np.int32] = arrays["polygon_starts"]
         self.triangles = triangulate(self.polygon_vertices, self.polygon_starts)
-        self.medium: tuple[NDArray[np.int32], NDArray[np.int32]] = (
-            arrays["medium_vertices"], arrays["medium_starts"]
-        )  # fmt: skip
+        self.level = "full"
+        self.of_full: NDArray[np.intp] | None = None
         self.vertex_part: NDArray[np.uint8] = arrays["vertex_part"]
         self.texture = read_uv(arrays)
+        self.lighter: dict[str, tuple[NDArray[np.int32], NDArray[np.int32]]] = {
+            name: (arrays[f"level_{name}_corners"], arrays[f"level_{name}_starts"])
+            for name in ("medium", "game")
+        }
         self.mirror: NDArray[np.int32] = arrays["mirror"]
         self.landmarks: NDArray[np.int32] = arrays["landmarks"]
         # Controls and helpers move the cage, creases the skin itself.

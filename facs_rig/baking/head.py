@@ -36,7 +36,8 @@ from ..keys import Key
 from ..mesh import vertex_normals
 from ..moves import packed
 from ..rotation import rotation
-from ..subdivide import refine, triangulate
+from ..subdivide import Refined, refine, triangulate
+from ..uv import texture_map
 from .actions import action_variants
 from .brows import brow_details, brow_edges, brows
 from .bust import as_fine, cut_ring, levelled
@@ -55,7 +56,7 @@ from .eyes import (
 )
 from .lashes import lashes
 from .layers import drawing_layers
-from .levels import medium_polygons, without_tips
+from .levels import level_arrays, without_tips
 from .lids import keep_round, lid_deltas, lid_keys
 from .lips import (
     PRESSED_SEALED,
@@ -132,10 +133,11 @@ def bake(data: Path) -> dict[str, NDArray]:
     for side, ball in balls.items():
         keep_round(people.deltas, people.base, ball, m + EYE_JOINTS[side])
 
-    mesh, medium = refined(source, people.plain)
+    detailed = detailed_cage(source, people.plain)
+    mesh, fine = refined(source, people.plain, detailed)
     fields = lid_fields(source, people.plain, mesh.matrix, mesh.triangles, mesh.part)
     lid_rest = fit_lids(people, m, mesh.matrix[mesh.skin], fields, balls)
-    mesh, medium, hairs = with_parts(source, people.plain, mesh, medium, frames)
+    mesh, coarse, hairs = with_parts(source, people.plain, mesh, frames)
     mouth = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin)
     closed = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin, SEALED)
     seal_identities(people, mouth)
@@ -187,6 +189,8 @@ def bake(data: Path) -> dict[str, NDArray]:
     follow_mouth(plain_stylised, growth, source, plain, frames)
     stylised = plain_stylised @ upright
     lid_rest = np.append(lid_rest, [wider * (f.name == OPENING) for f in STYLED])
+    moving = np.abs(mesh.matrix @ np.abs(moves[: len(CONTROLS), :m]).max(axis=0)).max(axis=1)
+    texture = texture_map(mesh.uv, mesh.polygons[0], len(mesh.part))
     arrays = {
         "key_names": np.array([key.name for key in (*keys, *creased.keys)]),
         "key_expressions": np.array([key.expression for key in (*keys, *creased.keys)]),
@@ -198,12 +202,19 @@ def bake(data: Path) -> dict[str, NDArray]:
         "matrix_indptr": mesh.matrix.indptr.astype(np.int32),
         "polygon_vertices": mesh.polygons[0],
         "polygon_starts": mesh.polygons[1],
-        "medium_vertices": medium[0],
-        "medium_starts": medium[1],
         "vertex_part": mesh.part,
         **uv_arrays(mesh.uv, mesh.polygons[0], len(mesh.part)),
         "weights": follow_weights(source, mesh).astype(np.float32),
         "mirror": mirror,
+        **level_arrays(
+            detailed,
+            mirror_cage(plain[:m]),
+            fine,
+            coarse,
+            mesh.polygons,
+            texture,
+            (default, mesh.part, mirror, moving, normals),
+        ),
         "landmarks": landmark_vertices(default, normals, mesh.part, eyes_middle),
         **packed("identity", np.concatenate([people.deltas @ upright, stylised])),
         **packed("cage_keys", moves @ upright),
@@ -243,45 +254,52 @@ def sculpt(source: Source, people: People) -> None:
     people.base[first:m] = source.foot @ people.base[:first]
 
 
-def refined(source: Source, plain: NDArray) -> tuple[Mesh, tuple[NDArray, NDArray]]:
-    """The cage refined where the plain face (M, 3) needs it, and the polygons that its vertices
-    form a step before; lash sheets only guide lashes."""
+def detailed_cage(source: Source, plain: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """The cage's quads (f, 4), how often each is subdivided (f,) where the plain face (M, 3) needs
+    it, and their places on the texture (f, 4, 2); lash sheets only guide lashes."""
     level = refinement_levels(plain[: source.size], source.quads, source.quad_part)
     solid = ~np.isin(source.quad_part, [PART_NAMES.index(name) for name in GUIDES])
-    mirror, quads = mirror_cage(plain[: source.size]), source.quads[solid]
+    quads = source.quads[solid]
     level = without_tips(level[solid], quads)
     skin = source.quad_part[solid] == PART_NAMES.index("skin")
     level = as_fine(level, plain[: source.size], quads, skin, source.foot.shape[1])
-    fine = refine(quads, source.size, level, mirror)
+    return quads, level, source.quad_uv[solid]
+
+
+def refined(
+    source: Source, plain: NDArray, cage: tuple[NDArray, NDArray, NDArray]
+) -> tuple[Mesh, Refined]:
+    """The cage refined, see `detailed_cage`."""
+    quads, level, quad_uv = cage
+    solid = ~np.isin(source.quad_part, [PART_NAMES.index(name) for name in GUIDES])
+    fine = refine(quads, source.size, level, mirror_cage(plain[: source.size]))
     part = np.zeros(fine.matrix.shape[0], dtype=np.uint8)
     sizes = np.diff(np.append(fine.polygon_starts, len(fine.polygon_vertices)))
     part[fine.polygon_vertices] = np.repeat(source.quad_part[solid][fine.source], sizes)
     polygons = fine.polygon_vertices, fine.polygon_starts
-    uv = carried_uv(source.quad_uv[solid], fine)
-    mesh = Mesh(round_rows(source, plain, fine.matrix, part), polygons, part, uv)
-    return mesh, medium_polygons(quads, level, mirror, fine)
+    uv = carried_uv(quad_uv, fine)
+    return Mesh(round_rows(source, plain, fine.matrix, part), polygons, part, uv), fine
 
 
 def with_parts(
-    source: Source, plain: NDArray, mesh: Mesh, medium: tuple[NDArray, NDArray], frames: Frames
-) -> tuple[Mesh, tuple[NDArray, NDArray], tuple[Hairs, ...]]:
-    """The mesh with teeth, gums and tongue, and with lashes and brows grown on it; the polygons
-    of a step before, with the mouth's; the hairs."""
+    source: Source, plain: NDArray, mesh: Mesh, frames: Frames
+) -> tuple[Mesh, NDArray[np.int64], tuple[Hairs, ...]]:
+    """The mesh with teeth, gums and tongue, and with lashes and brows grown on it; the quads (k, 4)
+    of the mouth's parts a step before; the hairs."""
     m = source.size
     skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
     hairs = (
         lashes(plain[:m], source.quads, source.quad_part, mesh.matrix, skin),
         brows(plain[:m], mesh.matrix, skin, plain[m + 2 : m + 4].mean(axis=0)),
     )
-    flat, starts = medium
+    coarse = []
     for part in mouth_parts(frames, m):
-        coarse = len(mesh.part) + part.coarse
-        starts = np.append(starts, len(flat) + np.arange(0, coarse.size, 4)).astype(starts.dtype)
-        flat = np.append(flat, coarse).astype(flat.dtype)
+        coarse.append(len(mesh.part) + part.coarse.reshape(-1, 4))
         mesh = grown(mesh, part.fine, part.uv)
     for hair in hairs:
         mesh = grown(mesh, hair, hair_uv(hair))
-    return replace(mesh, matrix=without_noise(mesh.matrix)), (flat, starts), hairs
+    mesh = replace(mesh, matrix=without_noise(mesh.matrix))
+    return mesh, np.concatenate(coarse), hairs
 
 
 def grown(mesh: Mesh, part: Hairs, uv: NDArray) -> Mesh:

@@ -35,7 +35,7 @@ from facs_rig.blender.armature import (
 from facs_rig.blender.arrays import make_mesh, write_places
 from facs_rig.blender.keys import BASIS, FITTED, add_keys, add_properties, driver_texts
 from facs_rig.blender.materials import add_materials, paint_of, starts_of
-from facs_rig.blender.pose import MARK, VERSION, set_identity, write_identity
+from facs_rig.blender.pose import DETAIL, MARK, VERSION, set_identity, write_identity
 from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
@@ -66,7 +66,8 @@ def build_face(
     Parameters
     ----------
     name : of the object, its mesh and (with " Rig") its armature.
-    rig, parameters : the face; `aus` and `gaze` set the sliders, `head` and `neck` the bones.
+    rig, parameters : the face, at any level of detail (facs_rig.levels);
+        `aus` and `gaze` set the sliders, `head` and `neck` the bones.
     offsets : (n, 3) float, metres, upright head frame, core axes; becomes the key "Fitted".
     collection : where the objects are linked; the scene's own if None.
     location : units of the scene, Blender axes; where the head's pivot comes to lie.
@@ -193,7 +194,7 @@ def _build(
         armature.location = location
         armature.scale = (metre(bpy.context.scene),) * 3
         face.parent = armature
-        face[MARK] = VERSION
+        face[MARK], face[DETAIL] = VERSION, rig.level
         become = set_identity if identity_keys else write_identity
         become(face, rig, parameters.identity)
         for thing in (face, armature):

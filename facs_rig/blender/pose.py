@@ -30,6 +30,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES
 from facs_rig.identity import IDENTITY, IDENTITY_KEYS, STYLES, check_identity, target_weights
 from facs_rig.keys import PROPERTIES
+from facs_rig.levels import FULL, at_level
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
@@ -37,6 +38,7 @@ from facs_rig.rig import FaceRig
 WHO_TEXT = "facs_identity_text"
 MARK = "facs_face"  # property of the mesh object: version of its make-up
 VERSION = 1
+DETAIL = "facs_detail"  # property of the mesh object: its level, see facs_rig.levels
 _KEYED = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
 SPAN = "facs_keyed"  # property of the armature: keyed where the sliders' keyframes begin and end
 WHO = "facs_identity"  # property of the mesh object: identity parameter -> value, if no default
@@ -45,6 +47,11 @@ WHO = "facs_identity"  # property of the mesh object: identity parameter -> valu
 def is_face(candidate: bpy.types.Object) -> bool:
     """Whether this object is a face, of whatever version."""
     return candidate.type == "MESH" and MARK in candidate
+
+
+def rig_of(face: bpy.types.Object, rig: FaceRig) -> FaceRig:
+    """The full rig at the face's own level of detail; InputError if a newer one made it."""
+    return at_level(rig, str(face.get(DETAIL, FULL)))
 
 
 def check_face(face: bpy.types.Object) -> None:
@@ -244,6 +251,7 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     whose keys cannot be written and would have to be.
     """
     check_identity(identity)
+    rig = rig_of(face, rig)
     if not has_identity_keys(face):
         raise InputError(
             f"'{face.name}' has no identity keys: who it is was settled when it was made"

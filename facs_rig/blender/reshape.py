@@ -21,6 +21,7 @@ from facs_rig.blender.pose import (
     check_face,
     has_identity_keys,
     refresh,
+    rig_of,
     set_identity,
     write_identity,
 )
@@ -28,6 +29,7 @@ from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.identity import IDENTITY_KEYS, check_identity
+from facs_rig.levels import kept_by
 from facs_rig.mesh import is_shape
 from facs_rig.rig import FaceRig
 
@@ -44,11 +46,13 @@ def reshape(
 
     Parameters
     ----------
+    rig : the full one, whatever the face's level of detail.
     face : as `check_face` wants it, in Object Mode, with an identity that is baked or in keys.
     identity : parameter -> value, see facs_rig.IDENTITY (missing is the default).
-    offsets : (n, 3) float, metres, upright head frame, core axes: the key "Fitted", which is made
-        if the face has none. None leaves "Fitted" as it is, zeros empty it. How far the key is on
-        is the artist's: 1 if it is made here, else as it was.
+    offsets : (n, 3) float, metres, upright head frame, core axes, of the full rig's vertices or of
+        those of the face's own level: the key "Fitted", which is made if the face has none. None
+        leaves "Fitted" as it is, zeros empty it. How far the key is on is the artist's: 1 if it is
+        made here, else as it was.
 
     Then the evaluated mesh is `rig.pose` of this identity, these offsets and whatever the face
     does, as after `build_face`. Raises InputError, one sentence, with nothing changed: for bad
@@ -92,8 +96,10 @@ def _reshape(
 ) -> Steps[None]:
     """The units of `reshape_steps`."""
     check_identity(identity)
+    rig = rig_of(face, rig)
     if offsets is not None:
-        offsets = is_shape(np.asarray(offsets, dtype=np.float32), (rig.n_vertices, 3), "offsets")
+        offsets = kept_by(rig, np.asarray(offsets, dtype=np.float32))
+        offsets = is_shape(offsets, (rig.n_vertices, 3), "offsets")
         if not np.isfinite(offsets).all():
             raise InputError("offsets must be finite numbers")
     _check_shape(face, rig, writes=offsets is not None)

@@ -13,7 +13,7 @@ from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
 from facs_rig.blender.keys import FITTED, add_key, moved
 from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
-from facs_rig.blender.pose import armature_of, refresh
+from facs_rig.blender.pose import armature_of, refresh, rig_of
 from facs_rig.blender.steps import Steps
 from facs_rig.blender.twin import discard, twin_of
 from facs_rig.bones import BONES, PARENTS, Skeleton, bone_weights
@@ -37,6 +37,7 @@ def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.
     """
+    rig = rig_of(face, rig)
     if face.mode in _FLUSHED or not face.visible_get():
         face.update_from_editmode()
         with staged(face) as (twin, layer):
@@ -56,6 +57,7 @@ def moves(
     """
     if len(shape.points) > MOST:
         return {}
+    rig = rig_of(face, rig)
     with staged(face) as (twin, layer):
         keys = twin.data.shape_keys
         if keys is None:

@@ -11,11 +11,14 @@ import sys
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 from addon.export import file_to_core, key_folder, morph_targets, write_mesh
 from addon.gltf import STILL, UNTURNED
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters, load_rig
+from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError
+from facs_rig.levels import at_level
 from facs_rig.mesh import vertex_normals
 from tests.written import in_rig_order, points_of
 
@@ -144,6 +147,39 @@ def test_targets_of_a_face_at_rest():
     np.testing.assert_allclose(
         targets["smile"], load_rig().control_deltas[CONTROL_NAMES.index("smile")], atol=1e-7
     )
+
+
+@pytest.mark.parametrize("level", ["medium", "game"])
+@pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
+def test_lighter_levels_come_back(tmp_path, offsets, suffix, level):
+    path = tmp_path / f"face{suffix}"
+    write_mesh(path, load_rig(), FACE, offsets, detail=level)
+    few = at_level(load_rig(), level)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    assert len(mesh.faces) == len(few.triangles)
+    there = load_rig().pose(FACE, offsets)[few.of_full]
+    found = points_of(path)
+    if suffix == ".glb":  # which cuts the surface apart where its texture has a seam
+        for some, others in ((found, there), (there, found)):
+            assert cKDTree(others).query(some)[0].max() < 1e-6
+        return
+    np.testing.assert_allclose(found, there, atol=1e-6)
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_the_middle_levels_targets_fit_in_a_small_file(tmp_path, names):
+    path = tmp_path / "face.glb"
+    write_mesh(path, load_rig(), FACES["old"], names=names, detail="medium")
+    assert path.stat().st_size < 6e6
+    targets = glb(path)[0]["meshes"][0]["extras"]["targetNames"]
+    write_mesh(path, load_rig(), FACES["old"], names=names)
+    assert targets == glb(path)[0]["meshes"][0]["extras"]["targetNames"]
+
+
+def test_a_level_that_there_is_not_writes_nothing(tmp_path):
+    with pytest.raises(InputError, match="'tiny'"):
+        write_mesh(tmp_path / "face.glb", load_rig(), FACE, detail="tiny")
+    assert not list(tmp_path.iterdir())
 
 
 def test_unknown_endings_are_refused(tmp_path):

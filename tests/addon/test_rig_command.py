@@ -246,3 +246,27 @@ def test_captions_fit_their_line():
     assert line.shape[1] == 90
     assert (line[:, -2:] == sheet.PAPER).all()  # cut with an ellipsis, not at the edge
     assert (sheet.text_line(400, long, 13) != sheet.PAPER).any()
+
+
+def test_a_face_of_fewer_polygons(folder):
+    from facs_rig.levels import at_level
+    from tests.written import points_of
+
+    assert cli.main(["rig", "-o", "game.ply", "--au", "smile=5", "--detail", "game"]) == 0
+    few = at_level(load_rig(), "game")
+    there = few.pose(FaceParameters({"smile": 5.0}))
+    np.testing.assert_allclose(points_of(Path("game.ply")), there, atol=1e-6)
+
+
+@pytest.mark.parametrize("job", [["rig", "-o", "face.ply"], ["fit", "face.png"]])
+def test_a_level_that_there_is_not_is_named(capsys, folder, job):
+    Image.new("L", (64, 64), 255).save("face.png")
+    before = contents(folder)
+    assert cli.main([*job, "--detail", "tiny"]) == 2
+    assert "'tiny'" in (told := capsys.readouterr().err) and "game" in told
+    assert len(told.splitlines()) == 1 and contents(folder) == before
+
+
+def test_detail_belongs_to_a_written_face(capsys):
+    assert cli.main(["rig", "--detail", "game"]) == 2
+    assert "-o FACE" in capsys.readouterr().err

@@ -27,9 +27,11 @@ sys.path.insert(0, str(ROOT))
 
 from dataset_gen.sampling import sample_identity  # noqa: E402
 from facs_rig import CONTROL_NAMES, FaceParameters, load_rig  # noqa: E402
+from facs_rig.rig import ASSET  # noqa: E402
 
 REPEATS = 15
 BATCH = 64
+ASSET_MB = 5.0
 BUDGETS = {"one face": 10.0, f"{BATCH} faces": 200.0}  # milliseconds
 
 
@@ -75,6 +77,9 @@ def main() -> None:
         f"{rig.n_vertices} vertices, {len(rig.triangles)} triangles, {len(rig.keys)} keys; "
         f"loading {np.median([fresh_load() for _ in range(5)]):.0f} ms"
     )
+    size = ASSET.stat().st_size / 1e6
+    met = "met" if size < ASSET_MB else "MISSED"
+    print(f"the baked asset {size:.2f} MB   aim {ASSET_MB:g}: {met}")
     batch = faces(BATCH, 10)
     turned = batch[0]
     upright = [FaceParameters(p.aus, p.identity) for p in batch]

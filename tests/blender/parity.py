@@ -15,6 +15,7 @@ from facs_rig.blender import build_face, set_identity
 from facs_rig.blender.pose import set_pose
 from facs_rig.blender.reshape import fitted_offsets, reshape
 from facs_rig.folds import drawn_creases
+from facs_rig.levels import at_level
 
 result = Path(sys.argv[-1])
 rig = load_rig()
@@ -27,7 +28,7 @@ def pose(who: dict) -> FaceParameters:
     return FaceParameters(aus, who, tuple(turns[:3]), tuple(turns[3:6]), tuple(turns[6:]))
 
 
-def off(face: bpy.types.Object, parameters: FaceParameters, offsets=None) -> float:
+def off(face: bpy.types.Object, parameters: FaceParameters, offsets=None, few=rig) -> float:
     """The largest distance in metres between Blender's mesh and numpy's."""
     bpy.context.view_layer.update()
     graph = bpy.context.evaluated_depsgraph_get()
@@ -35,7 +36,7 @@ def off(face: bpy.types.Object, parameters: FaceParameters, offsets=None) -> flo
     flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", flat)
     x, y, z = flat.reshape(-1, 3).T
-    return float(np.abs(np.stack([x, z, -y], axis=1) - rig.pose(parameters, offsets)).max())
+    return float(np.abs(np.stack([x, z, -y], axis=1) - few.pose(parameters, offsets)).max())
 
 
 bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -64,6 +65,15 @@ for name, again, who in (
     set_pose(again, wanted)
     told["off_m"][name] = off(again, wanted, offsets)
     told["off_m"][f"{name}: fitted"] = float(np.abs(fitted_offsets(again) - offsets).max())
+for level in ("medium", "game"):
+    few = at_level(rig, level)
+    light = build_face(f"Light {level}", few, first, identity_keys=level == "game")
+    told["off_m"][level] = off(light, first, few=few)
+    who, offsets = {"age": 0.4, "eye_spacing": 0.8}, random.normal(0, 0.002, (rig.n_vertices, 3))
+    wanted, offsets = pose(who), offsets.astype(np.float32)
+    reshape(light, rig, who, offsets)
+    set_pose(light, wanted)
+    told["off_m"][f"{level} reshaped"] = off(light, wanted, offsets[few.of_full], few)
 drivers = [d for block in (face.data.shape_keys, face.parent)
            for d in block.animation_data.drivers]  # fmt: skip
 told["python"] = [d.data_path for d in drivers if not d.driver.is_simple_expression]

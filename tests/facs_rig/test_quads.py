@@ -7,6 +7,7 @@ import pytest
 
 from facs_rig import landmark_points, load_rig
 from facs_rig.anatomy import HAIR_PARTS, PART_NAMES
+from facs_rig.levels import at_level
 from facs_rig.paint import _inside
 
 MESHES = ("full", "medium")
@@ -17,13 +18,9 @@ def rig():
     return load_rig()
 
 
-def polygons_of(rig, mesh):
-    return (rig.polygon_vertices, rig.polygon_starts) if mesh == "full" else rig.medium
-
-
-def quads_of(rig, mesh):
+def quads_of(rig):
     """(q, 4) the quads, and (t,) the parts of the triangles."""
-    flat, starts = polygons_of(rig, mesh)
+    flat, starts = rig.polygon_vertices, rig.polygon_starts
     sizes = np.diff(np.append(starts, len(flat)))
     assert set(np.unique(sizes)) <= {3, 4}
     quads = flat[starts[sizes == 4][:, None] + np.arange(4)]
@@ -32,7 +29,8 @@ def quads_of(rig, mesh):
 
 @pytest.mark.parametrize("mesh", MESHES)
 def test_all_but_the_tips_of_hairs_are_quads(rig, mesh):
-    quads, of_triangles = quads_of(rig, mesh)
+    rig = at_level(rig, mesh)
+    quads, of_triangles = quads_of(rig)
     assert np.isin(of_triangles, [PART_NAMES.index(name) for name in HAIR_PARTS]).all()
     assert len(of_triangles) < 2000 < len(quads)
 
@@ -40,7 +38,8 @@ def test_all_but_the_tips_of_hairs_are_quads(rig, mesh):
 @pytest.mark.parametrize("mesh", MESHES)
 def test_no_quad_is_folded_or_without_area(rig, mesh):
     """Each corner turns the same way as the quad, and none is straight but for a degree."""
-    quads, _ = quads_of(rig, mesh)
+    rig = at_level(rig, mesh)
+    quads, _ = quads_of(rig)
     quads = quads[rig.vertex_part[quads[:, 0]] == PART_NAMES.index("skin")]
     corner = rig.neutral().astype(float)[quads]
     ahead = np.roll(corner, -1, axis=1) - corner
@@ -93,10 +92,11 @@ def closed_loops(quads):
         seen |= set(walked)  # whether it came back or not
 
 
-@pytest.mark.parametrize(("mesh", "lids", "lips"), [("full", 10, 8), ("medium", 5, 3)])
+@pytest.mark.parametrize(("mesh", "lids", "lips"), [("full", 10, 8), ("medium", 4, 3)])
 def test_closed_edge_loops_lie_around_lids_and_lips(rig, mesh, lids, lips):
     """As many as the source has; the innermost is the rim itself, and the others widen."""
-    quads, _ = quads_of(rig, mesh)
+    rig = at_level(rig, mesh)
+    quads, _ = quads_of(rig)
     quads = quads[rig.vertex_part[quads[:, 0]] == PART_NAMES.index("skin")]
     vertices = rig.neutral().astype(float)
     place = landmark_points(rig, vertices)

@@ -666,6 +666,19 @@ OPTIONS = {
         "Geschlecht, Alter, Herkunft und Gesichtszüge in Shape Keys halten: ihre Regler sind "
         "schneller, und das Gesicht ist schwerer"
     ),
+    "Detail": "Detail",
+    "How fine the mesh is; all levels have the same sliders and shape keys": (
+        "Wie fein das Mesh ist; alle Stufen haben dieselben Regler und Shape Keys"
+    ),
+    "Every crease and hair": "Jede Falte und jedes Haar",
+    "Medium": "Mittel",
+    "A quarter of the polygons, hairs as flat blades": (
+        "Ein Viertel der Polygone, Haare als flache Halme"
+    ),
+    "Game": "Spiel",
+    "Under 6,000 triangles, brows and lashes as strips": (
+        "Unter 6.000 Dreiecke, Brauen und Wimpern als Streifen"
+    ),
     "ARKit Shape Keys": "ARKit-Shape-Keys",
     "Add the 52 shape keys that live-capture tools drive by name": (
         "Die 52 Shape Keys hinzufügen, die Werkzeuge zur Live-Aufnahme beim Namen ansteuern"

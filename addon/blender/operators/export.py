@@ -154,7 +154,7 @@ def _write_blend(path: Path, face: bpy.types.Object) -> None:
     armature = armature_of(face)
     blocks = {face, armature} if armature else {face}
     with Outputs() as outputs:
-        bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True)
+        bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True, compress=True)
 
 
 def _write_shown(path: Path, face: bpy.types.Object, names: str) -> Steps:

@@ -42,6 +42,17 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
         default=True,
         options={"SKIP_SAVE"},
     )
+    detail: EnumProperty(
+        name="Detail",
+        description="How fine the mesh is; all levels have the same sliders and shape keys",
+        items=(
+            ("full", "Full", "Every crease and hair"),
+            ("medium", "Medium", "A quarter of the polygons, hairs as flat blades"),
+            ("game", "Game", "Under 6,000 triangles, brows and lashes as strips"),
+        ),
+        default="full",
+        options={"SKIP_SAVE"},
+    )
     arkit: BoolProperty(
         name="ARKit Shape Keys",
         description="Add the 52 shape keys that live-capture tools drive by name",
@@ -65,7 +76,7 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
     def draw(self, context):
         """The options; a seed only where it says something."""
         column = self.layout.column()
-        for name in ("identity_keys", "arkit", "random_identity"):
+        for name in ("detail", "identity_keys", "arkit", "random_identity"):
             column.prop(self, name)
         if self.random_identity:
             column.prop(self, "seed")
@@ -75,9 +86,10 @@ class MESH_OT_add_facs_face(bpy.types.Operator):
         with reported(self) as outcome:
             from facs_rig import FaceParameters
             from facs_rig.blender import build_face
+            from facs_rig.levels import at_level
             from facs_rig.rig import load_rig
 
-            rig = load_rig()
+            rig = at_level(load_rig(), self.detail)
             identity = _any_person(self.seed) if self.random_identity else {}
             wanted = tuple(context.scene.cursor.location)
             # A cursor that somebody has put somewhere is meant; a new file's own is in its cube.

@@ -17,6 +17,9 @@ from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
 
+from facs_rig.blender.pose import DETAIL
+from facs_rig.levels import FULL, at_level
+
 from ..background.tasks import BackgroundTask, redraw
 from ..state import faces, memory
 from ..state.session import session
@@ -90,13 +93,16 @@ def look(context, face: bpy.types.Object) -> FaceLines:
     mesh.vertices.foreach_get("co", flat)
     key = zlib.crc32(flat.data)
     if shown.task is None and key != shown.key and len(mesh.vertices) == len(face.data.vertices):
-        shown.wanted, shown.task = key, BackgroundTask(_finder(flat.reshape(-1, 3)))
+        shown.wanted, shown.task = (
+            key,
+            BackgroundTask(_finder(flat.reshape(-1, 3), face.get(DETAIL, FULL))),
+        )
         if not bpy.app.timers.is_registered(_again):
             bpy.app.timers.register(_again, first_interval=AGAIN)
     return shown
 
 
-def _finder(vertices: NDArray):
+def _finder(vertices: NDArray, level: str):
     """A function, for a thread, that finds a face's lines and landmarks from its vertices."""
     posed = np.stack([vertices[:, 0], vertices[:, 2], -vertices[:, 1]], axis=1)
 
@@ -104,7 +110,7 @@ def _finder(vertices: NDArray):
         from facs_rig import Camera, load_rig
         from snakes import face_lines
 
-        rig = load_rig()
+        rig = at_level(load_rig(), level)
         if len(posed) != rig.n_vertices:
             return [], np.empty((0, 2))
         camera = Camera.framing(posed, SIZE, SIZE)
