@@ -51,6 +51,7 @@ FOLD = 0.0042  # metres above the rim of the upper lid where its fold lies
 LID, RIM = 16, 17  # points along a lid from the inner corner, and along a lip from side to side
 FINE = 12_000.0  # pixels per metre in which rims are looked for
 DROP = 0.001  # metres from pixel to pixel that the surface falls off behind a lip
+FAR = 10.0  # metres: nothing of a face is as deep as what is not there
 LEAST_OPEN = 25  # pixels between the lips where their rims are looked for
 # Least z of the face at a height y, both in centimetres from the head's joint: in front of it are
 # jaw, ears and hairline.
@@ -199,7 +200,7 @@ def _lips(rig: FaceRig) -> dict[str, tuple[NDArray, NDArray]]:
     up, low = (np.interp(columns, *at.T) for at in pixels)
     rows = np.arange(camera.height)[:, None]
     # The opening begins where the surface falls off behind a lip, or teeth and tongue are seen.
-    depth, tooth = buffers.depth[:, columns], part[:, columns] != 0
+    depth, tooth = np.minimum(buffers.depth[:, columns], FAR), part[:, columns] != 0
     falls = np.diff(depth, axis=0)
     within = (rows > up) & (rows < low)
     begins = (np.vstack([falls < -DROP, np.zeros((1, len(columns)), bool)]) | tooth) & within
