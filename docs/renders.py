@@ -18,10 +18,11 @@ from PIL import Image
 
 from facs_rig import FaceParameters, load_rig
 from facs_rig.blender import build_face
+from facs_rig.stylised import preset
 
 IMAGES = Path(__file__).parent / "images"
 WIDTH, HEIGHT = 1024, 1280
-SAMPLES = 24
+SAMPLES = 12  # and a denoiser
 QUALITY = 88  # of the pictures' compression
 
 
@@ -54,6 +55,9 @@ PORTRAITS = {
     "eyes_closed": Portrait({"blink": 5.0, "smile": 0.8}, ASIAN, yaw=12.0, pitch=6.0),
     "old": Portrait({"smile": 1.0}, MAN | {"age": 1.0, "brow_grey": 0.8, "skin_redness": 0.3,
                                            "skin_gloss": -0.3}, yaw=-25.0),
+    "child": Portrait({"smile": 3.0}, {"age": -0.8, "gender": 0.3, "iris_colour": 0.4,
+                                       "skin_redness": 0.3}, yaw=22.0),
+    "comic": Portrait({"smile": 3.0, "jaw_open": 2.0}, preset("comic"), yaw=-28.0),
 }  # fmt: skip
 
 
