@@ -200,7 +200,7 @@ def _lips(rig: FaceRig) -> dict[str, tuple[NDArray, NDArray]]:
     up, low = (np.interp(columns, *at.T) for at in pixels)
     rows = np.arange(camera.height)[:, None]
     # The opening begins where the surface falls off behind a lip, or teeth and tongue are seen.
-    depth, tooth = np.minimum(buffers.depth[:, columns], FAR), part[:, columns] != 0
+    depth, tooth = np.maximum(buffers.depth[:, columns], -FAR), part[:, columns] != 0
     falls = np.diff(depth, axis=0)
     within = (rows > up) & (rows < low)
     begins = (np.vstack([falls < -DROP, np.zeros((1, len(columns)), bool)]) | tooth) & within

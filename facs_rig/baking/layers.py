@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..anatomy import LIP_LOWER, LIP_UPPER, PART_NAMES
+from ..anatomy import DEEPEST, LIP_LOWER, LIP_UPPER, PART_NAMES
 from ..camera import Camera
 from ..common.ties import first_least
 from ..curves import Curves, head_frame, make_curves
@@ -68,8 +68,12 @@ def _lip_line(vertices, triangles, eyes_middle) -> tuple[NDArray, NDArray]:
     rows = np.arange(height)[:, None]
     y = -5.0 - (rows + 0.5) / PIXELS / CM
     between = (y < above - 0.1 * (above - below)) & (y > below + 0.15 * (above - below))
-    seam = first_least(np.where(between, seen.depth[:, u], np.inf), axis=0)
+    depth = seen.depth[:, u]
+    # What is seen through a slit between the lips, or nothing at all, is no lip.
+    lip = depth > np.where(between, depth, -np.inf).max(axis=0) - DEEPEST
+    seam = first_least(np.where(between & lip, depth, np.inf), axis=0)
     smooth = np.polynomial.Polynomial.fit(column, seam, 8)(column)
     v = np.round(smooth - ABOVE_SEAM * PIXELS).astype(int)
+    v = first_least(np.where(lip, np.abs(rows - v), np.inf), axis=0)
     owner = seen.triangle[v, u]
     return triangles[owner], barycentric(vertices, triangles, camera, owner, u + 0.5, v + 0.5)
