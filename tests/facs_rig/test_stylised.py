@@ -10,6 +10,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise
@@ -52,9 +53,16 @@ def human(identity):
 # --- the fields -----------------------------------------------------------------------------------
 
 
+def on_the_face(rig) -> NDArray[np.bool_]:
+    """(m,) which vertices of the cage move the skin or the eyes; the mouth's parts stay stiff."""
+    used = rig.linear_parts()[0][rig.parts["skin"] | rig.parts["eyes"]] != 0
+    return np.asarray(used.sum(axis=0)).ravel() > 0
+
+
 def test_growth_is_the_diagonal_of_the_derivative(rig, fields):
     """Of what the asset holds, by differences a hundred times as coarse as those of baking."""
     cage = rig.cage(FaceParameters()).astype(float)
+    face = on_the_face(rig)
     growth = rig.motions.growth.reshape(len(STYLED), -1, 3)[:, : len(cage)]
     step = 1e-4
     for feature, found in zip(STYLED, growth, strict=True):
@@ -64,15 +72,18 @@ def test_growth_is_the_diagonal_of_the_derivative(rig, fields):
         field = fields[feature.name]
         for axis, way in enumerate(step * np.eye(3)):
             slope = (field(cage + way) - field(cage - way))[:, axis] / (2 * step)
-            np.testing.assert_allclose(found[:, axis], slope, atol=0.02, err_msg=feature.name)
+            np.testing.assert_allclose(
+                found[face, axis], slope[face], atol=0.02, err_msg=feature.name
+            )
 
 
 def test_the_asset_holds_the_fields(rig, fields):
     cage = rig.cage(FaceParameters()).astype(float)
     rows = rig.motions.targets[STYLES].reshape(len(STYLED), -1, 3)[:, : len(cage)]
+    face = on_the_face(rig)
     for feature, found in zip(STYLED, rows, strict=True):
         if feature.name != warps.OPENING:
-            np.testing.assert_allclose(found, fields[feature.name](cage), atol=1e-5)
+            np.testing.assert_allclose(found[face], fields[feature.name](cage)[face], atol=1e-5)
     assert {f.name for f in STYLED} == {*fields, warps.OPENING}
 
 
