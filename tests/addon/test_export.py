@@ -119,7 +119,7 @@ FACES = {
 def test_a_face_with_all_its_targets_is_a_small_file(tmp_path, face, names):
     path = tmp_path / "face.glb"
     write_mesh(path, load_rig(), FACES[face], names=names)
-    assert path.stat().st_size < 8e6
+    assert path.stat().st_size < 9.5e6  # with materials, a map and bones
 
 
 @pytest.mark.parametrize("names", NAMES)
