@@ -26,7 +26,7 @@ from .teeth import LOWER, UPPER, Cage, joined, row, tongue
 
 # Free of skin on the texture: (left, bottom), (width, height).
 TEXTURE = {"teeth": ((0.02, 0.30), (0.60, 0.04)), "gums": ((0.02, 0.36), (0.60, 0.06)),
-           "tongue": ((0.30, 0.44), (0.20, 0.12))}  # fmt: skip
+           "tongue": ((0.45, 0.45), (0.16, 0.10))}  # fmt: skip
 JAW_JOINT = JOINTS.index("mouth")
 ARM = 30.0  # millimetres from a frame's origin to its carriers
 STATIONS = (0.0, 0.3, 0.55, 0.75, 0.9, 1.0)  # of the tongue's frames, from its root to its tip

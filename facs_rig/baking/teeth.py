@@ -133,6 +133,18 @@ def _sheet(rows: int, columns: int) -> tuple[list[list[int]], list[list[tuple[in
     return quads, chart
 
 
+def _tube(rows: int, columns: int) -> tuple[list[list[int]], list[list[tuple[int, int]]]]:
+    """A sheet whose first and last ring, of an even number of points, are closed by quads."""
+    quads, chart = _sheet(rows, columns)
+    base = (rows - 1) * columns
+    for c in range(columns // 2 - 1):
+        d = columns - 1 - c
+        quads.append([base + c, base + c + 1, base + d - 1, base + d])
+        quads.append([c + 1, c, d, d - 1])
+        chart += [_square(4 * c, rows), _square(4 * c + 2, rows)]
+    return quads, chart
+
+
 def _square(x: int, y: int) -> list[tuple[int, int]]:
     return [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)]
 
@@ -172,7 +184,7 @@ def places(arch: Arch) -> NDArray[np.float64]:
 
 
 def crown(tooth: Tooth, s: float, line: Line, up: float) -> Cage:
-    """One tooth at s along the line: rings of six corners, closed at the edge, open at the root."""
+    """One tooth at s along the line: rings of six corners, closed at both ends."""
     edge, along, out = line.at(s)
     axis = np.array([0.0, up, 0.0]) - line.lean(s) * out
     points = []
@@ -190,7 +202,8 @@ def crown(tooth: Tooth, s: float, line: Line, up: float) -> Cage:
     quads, chart = _sheet(len(RINGS), 6)
     last = 6 * (len(RINGS) - 1)
     quads += [[last, last + 1, last + 4, last + 5], [last + 1, last + 2, last + 3, last + 4]]
-    chart += [_square(0, len(RINGS)), _square(2, len(RINGS))]
+    quads += [[1, 0, 5, 4], [2, 1, 4, 3]]
+    chart += [_square(x, len(RINGS)) for x in (0, 2, 4, 6)]
     made = Cage(np.array(points), np.array(quads), np.array(chart, dtype=float))
     return made if up > 0 else _turned(made)
 
@@ -227,17 +240,14 @@ def gum(arch: Arch, line: Line) -> Cage:
         (margin + 1.2, -deep - swell - 0.5),
         (high + 0.45 * beyond, -deep - 1.0),
         (high + beyond, -deep - 2.0),
+        (high + beyond, -deep / 2),
     ):
         rows.append(edge + axis * np.asarray(up)[:, None] + out * np.asarray(aside)[:, None])
     points = np.stack(rows, axis=1)  # (stations, profile, 3)
     k, n = points.shape[:2]
-    number = np.arange(k * n).reshape(k, n)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1)
-    x, y = np.meshgrid(np.arange(k), np.arange(n), indexing="ij")
-    flat = np.stack([x, y], axis=-1).astype(float)
-    chart = np.stack([flat[:-1, :-1], flat[1:, :-1], flat[1:, 1:], flat[:-1, 1:]], -2)
-    made = Cage(points.reshape(-1, 3), quads.reshape(-1, 4), chart.reshape(-1, 4, 2))
-    return made if arch.up < 0 else _turned(made)
+    quads, chart = _tube(k, n)
+    made = Cage(points.reshape(-1, 3), np.array(quads), np.array(chart, dtype=float))
+    return _turned(made) if arch.up < 0 else made
 
 
 def row(arch: Arch) -> tuple[Cage, Cage]:
@@ -277,10 +287,5 @@ def tongue() -> tuple[Cage, NDArray[np.float64]]:
         points.append(centre + np.stack([x, 0 * x, 0 * x], 1) + y[:, None] * up)
     rings = len(points)
     along = np.repeat(arc_lengths(middle) / arc_lengths(middle)[-1], SIDES)
-    quads, chart = _sheet(rings, SIDES)
-    half, base = SIDES // 2, (rings - 1) * SIDES
-    for c in range(half - 1):  # the tip is closed from its upper to its lower half
-        d = SIDES - 1 - c
-        quads.append([base + c, base + c + 1, base + d - 1, base + d])
-        chart.append(_square(2 * c, rings))
+    quads, chart = _tube(rings, SIDES)
     return Cage(np.concatenate(points), np.array(quads), np.array(chart, dtype=float)), along
