@@ -239,7 +239,8 @@ def test_identity_sliders_are_live_and_remembered(shell, rig, evaluated, tmp_pat
     for feature in IDENTITY:
         assert getattr(sliders, feature.name) == pytest.approx(feature.default)
         shown = sliders.bl_rna.properties[feature.name]
-        assert (shown.hard_min, shown.hard_max) == (feature.minimum, feature.maximum)
+        ends = shown.hard_min, shown.hard_max, shown.soft_min, shown.soft_max
+        assert ends == pytest.approx((*feature.span, feature.minimum, feature.maximum))
     sliders.age, sliders.nose_length = 0.75, -0.5
     wanted = rig.neutral({"age": 0.75, "nose_length": -0.5})
     assert np.abs(evaluated(face) - wanted).max() < 1e-5

@@ -229,6 +229,12 @@ def linked_duplicate(_tmp_path) -> dict:
 
 
 # Of every operator that promises undo: its arguments, or what has to be done before it is pressed.
+def own_creases(where) -> dict:
+    """The face has creases of its own, to be taken back."""
+    ops.new_creases(seed=2)
+    return {}
+
+
 PRESSED: dict[str, dict | Callable] = {
     "mesh.add_facs_face": {"random_identity": True},
     "sketch_to_face.adopt_sketch": chosen_sketch,
@@ -240,9 +246,11 @@ PRESSED: dict[str, dict | Callable] = {
     "sketch_to_face.key_expression": {},
     "sketch_to_face.load_expression": lambda where: {"filepath": expression_file(where)},
     "sketch_to_face.mirror_expression": {},
+    "sketch_to_face.new_creases": {"seed": 3},
     "sketch_to_face.new_drawing": {},
     "sketch_to_face.paste_expression": {"text": dumps(FaceParameters({"pucker": 4.0}))},
     "sketch_to_face.pin": {"name": "chin", "place": (150.0, 310.0)},
+    "sketch_to_face.plain_creases": own_creases,
     "sketch_to_face.plain_person": {},
     "sketch_to_face.random_expression": {"seed": 3},
     "sketch_to_face.random_person": {"seed": 3},

@@ -187,9 +187,7 @@ def test_combinations_stay_sane_on_everybody(sanity, rig, kind):
     folded, collapsed = [], []
     for k in range(0, 60, 2):
         rng = np.random.default_rng([4, k])
-        face = FaceParameters(
-            sanity.random_expression(rng), {**sample_identity(rng), **who}
-        )
+        face = FaceParameters(sanity.random_expression(rng), {**sample_identity(rng), **who})
         posed, rest = rig.pose(face), rig.neutral(face.identity)
         folded.append(len(surface.folded(posed, rest)))
         collapsed.append(len(surface.collapsed(posed, rest)))

@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from facs_rig import LANDMARKS, Camera
+from facs_rig.anatomy import PART_NAMES
 
 RADIUS = 0.1  # metres
 SIZE = 400  # pixels
@@ -48,7 +49,7 @@ class Ball:
         self.n_vertices = len(self.vertices)
         nothing = np.zeros(self.n_vertices, dtype=bool)
         self.parts = {"skin": ~nothing}
-        self.parts |= {name: nothing for name in ("eyes", "teeth", "tongue", "lashes", "brows")}
+        self.parts |= {name: nothing for name in PART_NAMES[1:]}
         # All landmarks at the top: a ball is face all over, no skull lies above its brows.
         self.landmarks = np.full(len(LANDMARKS), top, dtype=np.int32)
         self.strokes: dict = {}
