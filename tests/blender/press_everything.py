@@ -164,6 +164,8 @@ def faces_without_a_sketch() -> None:
     told["added"] = keys_of(press("mesh.add_facs_face", arkit=True, random_identity=True))
     press("sketch_to_face.random_person", seed=3)
     press("sketch_to_face.stylised_person", style="CHIBI")
+    press("sketch_to_face.new_creases", seed=3)
+    press("sketch_to_face.plain_creases")
     press("sketch_to_face.plain_person")
     press("sketch_to_face.random_expression", seed=1)
     press("sketch_to_face.mirror_expression")
