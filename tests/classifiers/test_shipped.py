@@ -45,8 +45,8 @@ def fresh():
     return tuple(zip(*made, strict=True))
 
 
-# The floors stand: they are those of the face that the networks were trained on, and of the one that
-# came after it they read 0.9686 of 0.97.
+# The floors stand: they are those of the face that the networks were trained on. Of the one that
+# came after it they read 0.9686, of 0.97.
 @pytest.mark.xfail(reason="trained on the face before it had a mouth of its own", strict=False)
 @pytest.mark.slow
 def test_fresh_drawings_are_read_as_well_as_promised(fresh):
