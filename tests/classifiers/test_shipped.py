@@ -45,18 +45,18 @@ def fresh():
     return tuple(zip(*made, strict=True))
 
 
-# The floors stand: they are those of the face that the networks were trained on. Of the one that
-# came after it they read 0.9686, of 0.97.
-@pytest.mark.xfail(reason="trained on the face before it had a mouth of its own", strict=False)
 @pytest.mark.slow
 def test_fresh_drawings_are_read_as_well_as_promised(fresh):
     drawings, records = fresh
     found = evaluate(DetectorReader(load_detector()), DataSet(drawings, records))
     assert found["mean"]["auc"] >= AUC
-    assert found["mean_of_the_twelve"]["auc"] >= AUC_OF_THE_TWELVE
     assert found["angle_error_deg"]["yaw"] <= YAW_DEGREES
     assert found["landmark_error"] <= LANDMARK_ERROR
     assert found["seen_as_face"] >= 0.95
+    twelve = found["mean_of_the_twelve"]["auc"]
+    assert twelve >= 0.968  # of a face that the networks were not trained on: it has another mouth
+    if twelve < AUC_OF_THE_TWELVE:
+        pytest.xfail(f"{twelve:.4f} of {AUC_OF_THE_TWELVE} until they are trained on this face")
 
 
 def rolled(drawing: np.ndarray, degrees: float) -> np.ndarray:

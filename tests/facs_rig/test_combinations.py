@@ -90,25 +90,28 @@ def depths(surface, vertices, rest):
 # Measured: none at 2.5; grimace 3 at 5 (5 with its left side); 118 in all and 21 at most at 10;
 # ten at once 2.4 in the mean and 31 at most, in own ways 2.6 and 25; of random people 5.0 and 64,
 # at corners of the mouth.
-# The bars are those of the mouth without single teeth and a turning jaw; where its successor does
-# not yet reach them, by a tenth to a half, that is expected to fail and not let through.
-BELOW = pytest.mark.xfail(reason="the lips of the new mouth press deeper", strict=False)
-
-
-def below(*case):
-    return pytest.param(*case, marks=BELOW)
+# The bars are those of the mouth before it had single teeth and a jaw that turns. Where the one of
+# today misses them, that is expected; that it misses them by more than this is not.
+MISSED = {
+    "folded": {"alone at 5": (0.33, 8), "alone at 10": (0.0, 30)},
+    "collapsed": {"ten": (5, 3)},
+    "lips": {"alone at 2.5": (0.14, 0.0), "alone at 5": (0.24, 0.0), "ten": (0.76, 0.0),
+             "ten, own ways": (0.74, 0.0), "ten, anyone": (0.57, 0.0)},
+    "swallowed": {"alone at 2.5": (12.4, 0.0), "ten": (65.0, 0.0), "ten, own ways": (63.0, 0.0),
+                  "ten, anyone": (65.0, 0.0)},
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
-    [("alone at 2.5", 0, 0), below("alone at 5", 0.2, 4), below("alone at 10", 3.6, 27),
+    [("alone at 2.5", 0, 0), ("alone at 5", 0.2, 4), ("alone at 10", 3.6, 27),
      ("ten", 3.2, 39), ("ten, own ways", 3.2, 39), ("ten, anyone", 6.0, 77)],
 )  # fmt: skip
-def test_skin_does_not_fold_over(measured, group, mean, most):
+def test_skin_does_not_fold_over(sanity, measured, group, mean, most):
     """Triangles, of 55,000 seen ones."""
     folded = measured[group][:, 0]
-    assert folded.mean() <= mean
-    assert folded.max() <= most
+    missed = MISSED["folded"].get(group, (0, 0))
+    sanity.held((folded.mean(), folded.max()), (mean, most), missed)
 
 
 # Measured: none up to 5; 10 at 10, at most 4; ten at once 1; in own ways 12, 7 of them in one face
@@ -116,12 +119,12 @@ def test_skin_does_not_fold_over(measured, group, mean, most):
 @pytest.mark.parametrize(
     ("group", "total", "most"),
     [("alone at 2.5", 0, 0), ("alone at 5", 0, 0), ("alone at 10", 13, 6),
-     below("ten", 3, 2), ("ten, own ways", 15, 9), ("ten, anyone", 7, 4)],
+     ("ten", 3, 2), ("ten, own ways", 15, 9), ("ten, anyone", 7, 4)],
 )  # fmt: skip
-def test_skin_does_not_collapse(measured, group, total, most):
+def test_skin_does_not_collapse(sanity, measured, group, total, most):
     collapsed = measured[group][:, 1]
-    assert collapsed.sum() <= total
-    assert collapsed.max() <= most
+    missed = MISSED["collapsed"].get(group, (0, 0))
+    sanity.held((collapsed.sum(), collapsed.max()), (total, most), missed)
 
 
 # Measured, of 150,000 pixels of face: ten at once none; of random people 32, all in one face.
@@ -152,13 +155,12 @@ def test_a_closed_mouth_shows_neither_teeth_nor_tongue(groups, rig):
 # lip_tighten); ten at once 0.49 and 3.1; of random people 0.28 and 2.4.
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
-    [below("alone at 2.5", 0.1, 1.2), below("alone at 5", 0.19, 1.7), ("alone at 10", 0.39, 3.6),
-     below("ten", 0.58, 3.6), below("ten, own ways", 0.58, 3.6), below("ten, anyone", 0.34, 2.8)],
+    [("alone at 2.5", 0.1, 1.2), ("alone at 5", 0.19, 1.7), ("alone at 10", 0.39, 3.6),
+     ("ten", 0.58, 3.6), ("ten, own ways", 0.58, 3.6), ("ten, anyone", 0.34, 2.8)],
 )  # fmt: skip
-def test_lips_do_not_pass_through_each_other(crossed, group, mean, most):
+def test_lips_do_not_pass_through_each_other(sanity, crossed, group, mean, most):
     lips = crossed[group][:, 0]
-    assert lips.mean() < mean
-    assert lips.max() < most
+    sanity.held((lips.mean(), lips.max()), (mean, most), MISSED["lips"].get(group, (0, 0)))
 
 
 # Square millimetres of one lip that are inside the other, of 2,000 that are seen at rest. Measured:
@@ -166,13 +168,13 @@ def test_lips_do_not_pass_through_each_other(crossed, group, mean, most):
 # and 242 at most; of random people 36 and 486.
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
-    [below("alone at 2.5", 12, 145), ("alone at 5", 29, 380), ("alone at 10", 50, 480),
-     below("ten", 53, 290), below("ten, own ways", 53, 290), below("ten, anyone", 43, 580)],
+    [("alone at 2.5", 12, 145), ("alone at 5", 29, 380), ("alone at 10", 50, 480),
+     ("ten", 53, 290), ("ten, own ways", 53, 290), ("ten, anyone", 43, 580)],
 )  # fmt: skip
-def test_lips_do_not_swallow_each_other(crossed, group, mean, most):
+def test_lips_do_not_swallow_each_other(sanity, crossed, group, mean, most):
     swallowed = crossed[group][:, 3]
-    assert swallowed.mean() < mean
-    assert swallowed.max() < most
+    missed = MISSED["swallowed"].get(group, (0, 0))
+    sanity.held((swallowed.mean(), swallowed.max()), (mean, most), missed)
 
 
 # Measured: none at 2.5; 0.43 closed (blink), 0.55 at 10; ten at once 0.55; of random people 0.87.
@@ -223,15 +225,14 @@ def without(rig, parameters, names):
     return rig.shape(parameters) - np.tensordot(values[away], rig.key_deltas[away], axes=1)
 
 
-@BELOW
-def test_without_their_helper_keys_lips_are_worse(rig, surface):
+def test_without_their_helper_keys_lips_are_worse(sanity, rig, surface):
     """Measured, mm² that lips swallow: 65 with the keys that part them, 437 without."""
     pytest.importorskip("bpy")
     faces = [FaceParameters(aus) for aus in CLOSING]
     with_keys = sum(surface.swallowed(rig.pose(p)) for p in faces) / MM**2
     bare = sum(surface.swallowed(without(rig, p, "lips_apart")) for p in faces) / MM**2
-    assert with_keys < 85
     assert bare > 3 * 85
+    sanity.held((with_keys,), (85,), (108,))
 
 
 def test_without_their_arcs_lids_cut_the_eyeballs(rig, surface):

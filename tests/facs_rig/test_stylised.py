@@ -50,9 +50,6 @@ def human(identity):
     }
 
 
-# As for people (test_combinations): the bars are those of the mouth before it had single teeth.
-BELOW = pytest.mark.xfail(reason="the lips of the new mouth press deeper", strict=False)
-
 # --- the fields -----------------------------------------------------------------------------------
 
 
@@ -216,14 +213,12 @@ def measured(groups, rig, surface):
 
 # Measured when they were made: presets 4.9 in the mean and 23 at most, random ones 4.6 and 33.
 # People: 5.0 and 64.
-@pytest.mark.parametrize(
-    ("group", "mean", "most"),
-    [pytest.param("presets", 6.0, 40, marks=BELOW), ("random", 6.0, 60)],
-)
-def test_skin_folds_no_more_than_peoples(measured, group, mean, most):
+@pytest.mark.parametrize(("group", "mean", "most"), [("presets", 6.0, 40), ("random", 6.0, 60)])
+def test_skin_folds_no_more_than_peoples(sanity, measured, group, mean, most):
     folded, collapsed = measured[group].T
-    assert folded.mean() <= mean and folded.max() <= most
     assert collapsed.mean() <= 0.6 and collapsed.max() <= 8
+    missed = 7.2 if group == "presets" else 0.0  # since the mouth has single teeth
+    sanity.held((folded.mean(), folded.max()), (mean, most), (missed, 0))
 
 
 def test_at_rest_style_itself_folds_hardly_any_skin(rig, surface):
@@ -263,14 +258,14 @@ def halfway(name, end):
 
 # Measured, millimetres, mean and most: lids in each other 0.1 and 1.2, in balls 0.08 and 0.2, lips
 # in each other 0.3 and 1.6; people's eyes, half as large: 0.87 and 0.41, lips 2.4.
-@BELOW
-def test_lips_of_stylised_people_do_not_pass_through_each_other(groups, rig, surface):
+def test_lips_of_stylised_people_do_not_pass_through_each_other(sanity, groups, rig, surface):
     pytest.importorskip("bpy")
     faces = [*groups["presets"], *groups["random"]]
     lips = [surface.lip_depth(rig.pose(face))[1] / MM for face in faces]
     swallowed = [surface.swallowed(rig.pose(face)) / MM**2 for face in faces]
-    assert max(lips) < 2.8 and np.mean(lips) < 0.5
-    assert np.mean(swallowed) < 53 and max(swallowed) < 580
+    assert max(swallowed) < 580
+    found = float(np.mean(lips)), max(lips), float(np.mean(swallowed))
+    sanity.held(found, (0.5, 2.8, 53), (0.57, 0, 60))  # since the mouth has single teeth
 
 
 def test_lids_do_not_pass_through_each_other_or_the_ball(groups, rig, surface):
