@@ -87,9 +87,8 @@ def paint(
     for direction, strength in LAMPS:
         toward = np.array(direction) / np.linalg.norm(direction)
         light += strength * np.clip(normals @ toward, 0, 1)
-    # Brows and irises are looked up where the pixel lies on the face at rest: crisp at any size.
-    neutral = rig.neutral(identity)
-    material = materials_at(rig, neutral, at_pixels(neutral), rig.triangle_part[owner])
+    # Brows and irises are looked up where the pixel lies on the default face: crisp at any size.
+    material = materials_at(rig, at_pixels(rig.neutral()), rig.triangle_part[owner])
     palette = colours_of(identity or {})
     linear = np.array([palette[name].colour[:3] for name in MATERIAL_NAMES])
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)

@@ -55,7 +55,7 @@ def painted(rig: FaceRig) -> Painted:
     """What is painted on a rig's vertices, worked out once."""
     neutral = rig.neutral()
     n, kinds = len(neutral), [MATERIAL_NAMES.index(name) for name in TINTED]
-    material = materials_at(rig, neutral, neutral, rig.vertex_part)
+    material = materials_at(rig, neutral, rig.vertex_part)
     areas = (material[:, None] == kinds).astype(np.float32)
     around = areas.argmax(axis=1)[rig.triangles]
     mixed = (around != around[:, :1]).any(axis=1)
@@ -65,7 +65,7 @@ def painted(rig: FaceRig) -> Painted:
     for turn in np.linspace(0, 2 * np.pi, 8, endpoint=False):
         for radius in (0.4 * SOFT, SOFT):
             aside = radius * np.array([np.cos(turn), np.sin(turn), 0.0])
-            index = materials_at(rig, neutral, neutral[rim] + aside, rig.vertex_part[rim])
+            index = materials_at(rig, neutral[rim] + aside, rig.vertex_part[rim])
             total += index[:, None] == kinds
     count = total.sum(axis=1, keepdims=True)
     areas[rim] = np.where(count > 0, total / np.maximum(count, 1), (1, 0, 0))
@@ -80,36 +80,32 @@ def painted(rig: FaceRig) -> Painted:
     return Painted(material, areas, blush)
 
 
-def materials_at(
-    rig: FaceRig, neutral: NDArray, points: NDArray, part: NDArray
-) -> NDArray[np.int32]:
-    """Index into MATERIAL_NAMES for each of `points` (k, 3) on the neutral face (n, 3).
+def materials_at(rig: FaceRig, points: NDArray, part: NDArray) -> NDArray[np.int32]:
+    """Index into MATERIAL_NAMES for each of `points` (k, 3) on the default face at rest.
 
-    part : (k,) index of the part each point belongs to. The skin under the brows, irises and
-    pupils are the areas that the rig's surface strokes enclose, seen from the front.
+    Of anybody's face: where on the default one the same point of the skin lies. part : (k,) index
+    of the part each point belongs to. The skin under the brows, irises and pupils are the areas
+    that the rig's surface strokes enclose, seen from the front.
     """
     by_part = np.array([MATERIAL_NAMES.index(MADE_OF.get(name, name)) for name in rig.part_names])
     out = by_part[part].astype(np.int32)
     skin = part == rig.part_names.index("skin")
     front = points[:, 2] > 0
-    for material, carrier, outline in _drawn_areas(rig, neutral):
+    for material, carrier, outline in _drawn_areas(rig, rig.neutral()):
         near = front & (part == rig.part_names.index(carrier))
         flat = points[:, :2]
         near &= np.all((flat >= outline.min(axis=0)) & (flat <= outline.max(axis=0)), axis=1)
         index = np.flatnonzero(near)
         out[index[_inside(flat[index], outline)]] = MATERIAL_NAMES.index(material)
-    out[skin & _inside_mouth(rig, neutral, points)] = MATERIAL_NAMES.index("mouth")
+    out[skin & _inside_mouth(rig, points)] = MATERIAL_NAMES.index("mouth")
     return out
 
 
-def _inside_mouth(rig: FaceRig, neutral: NDArray, points: NDArray) -> NDArray[np.bool_]:
-    """(k,) which skin points line the cavity behind the lips rather than the face."""
-    place, default = (landmark_points(rig, v) for v in (neutral, rig.neutral()))
+def _inside_mouth(rig: FaceRig, points: NDArray) -> NDArray[np.bool_]:
+    """(k,) which skin points of the default face line the cavity behind the lips."""
+    place = landmark_points(rig, rig.neutral())
     lips = (place["lip_inner_top"] + place["lip_inner_bottom"]) / 2
-    ends = "mouth_corner_left", "mouth_corner_right"
-    width, usual = (p[ends[0]][0] - p[ends[1]][0] for p in (place, default))
-    places = 1000 * (points - lips) * (usual / width)
-    return lines_mouth(places @ rotation((0.0, -LOOK_DOWN, 0.0)).T)
+    return lines_mouth(1000 * (points - lips) @ rotation((0.0, -LOOK_DOWN, 0.0)).T)
 
 
 def vertex_colours(rig: FaceRig, identity: Mapping[str, float] | None = None) -> NDArray[np.uint8]:

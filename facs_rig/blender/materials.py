@@ -80,7 +80,7 @@ def paint_of(rig: FaceRig) -> Paint:
         tints=tints,
         areas=areas,
         eye_map=np.ascontiguousarray(_eye_places(rig, neutral)[corners]),
-        materials=materials_at(rig, neutral, centres, rig.vertex_part[corners[starts]]),
+        materials=materials_at(rig, centres, rig.vertex_part[corners[starts]]),
         pupil=float(pupil / iris),
     )
 

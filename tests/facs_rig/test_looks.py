@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from facs_rig import load_rig
+from addon.preview import paint
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 from facs_rig.identity import LOOKS, check_identity, target_weights
 from facs_rig.looks import DEFAULTS, PLAIN, colours_of, drawn_looks
 from facs_rig.paint import MATERIAL_NAMES, TINTED, linear_light, painted, srgb, vertex_colours
 
+SIDES = ("left", "right")
 # The ten tones of the Monk Skin Tone Scale, sRGB.
 MONK = ("f6ede4", "f3e7db", "f7ead0", "eadaba", "d7bd96",
         "a07e56", "825c43", "604134", "3a312a", "292420")  # fmt: skip
@@ -135,3 +137,25 @@ def test_vertices_have_the_colours_of_their_material():
 def test_linear_light_is_the_inverse_of_srgb():
     values = np.linspace(0, 1, 50)
     np.testing.assert_allclose(linear_light(srgb(values)), values, atol=1e-6)
+
+
+def test_the_lining_of_the_mouth_is_painted_on_no_cheek():
+    """Of people whose mouth is wide for their jaw, with the mouth closed: where cheeks are, in the
+    picture, there is skin."""
+    rig = load_rig()
+    for who in (
+        {"mouth_width": 0.41, "mouth_height": -0.45, "head_width": -0.37, "weight": -0.39},
+        {"mouth_width": 1.0, "head_width": -1.0, "weight": -1.0},
+        {"mouth_width": -1.0, "head_width": 1.0, "jaw_width": 1.0},
+    ):
+        vertices = rig.pose(FaceParameters({}, who))
+        camera = Camera.framing(vertices, 500, 500)
+        picture = paint(rig, vertices, camera, who).astype(float)
+        corners, jaws = (
+            camera.project(vertices[rig.landmarks[[LANDMARKS.index(f"{n}_{s}") for s in SIDES]]])
+            for n in ("mouth_corner", "jawline_3")
+        )
+        for corner, jaw in zip(corners, jaws, strict=True):
+            (left, right), row = sorted((corner[0], jaw[0])), round(corner[1])
+            cheek = picture[row - 40 : row + 25, round(left) + 12 : round(right) - 12]
+            assert cheek.size and cheek.min() > 60
