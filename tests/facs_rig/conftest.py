@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from facs_rig import load_rig
+
 # The tests are collected with importlib and are no package: load the helper by its path.
 _spec = importlib.util.spec_from_file_location("rig_sanity", Path(__file__).with_name("sanity.py"))
 _module = importlib.util.module_from_spec(_spec)
@@ -19,3 +21,13 @@ _spec.loader.exec_module(_module)
 def sanity():
     """The module that measures how sane a posed face is."""
     return _module
+
+
+@pytest.fixture(scope="session")
+def rig():
+    return load_rig()
+
+
+@pytest.fixture(scope="session")
+def surface(sanity, rig):
+    return sanity.Surface(rig)

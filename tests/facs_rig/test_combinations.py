@@ -14,23 +14,13 @@ import numpy as np
 import pytest
 
 from dataset_gen.sampling import sample_identity
-from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, load_rig, rasterise
+from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, rasterise
 from facs_rig.actions import drawn_actions
 from facs_rig.identity import EARLIER
 
 MM = 1e-3
 STRENGTHS = (2.5, 5.0, 10.0)
 FACES = 60
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig()
-
-
-@pytest.fixture(scope="module")
-def surface(sanity, rig):
-    return sanity.Surface(rig)
 
 
 @pytest.fixture(scope="module")

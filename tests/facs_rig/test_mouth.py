@@ -14,7 +14,7 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise
+from facs_rig import LANDMARKS, Camera, FaceParameters, rasterise
 from facs_rig.controls import ARKIT_NAMES
 from facs_rig.identity import FEATURES
 from facs_rig.paint import MATERIAL_NAMES, materials_at
@@ -28,16 +28,6 @@ ETHNICITIES = ("asian", "african", "caucasian")
 LIPS = ("smile", "grimace", "sneer", "lower_lip_depress", "pucker", "purse", "frown", "shrug",
         "lip_loosen", "lip_tighten", "lip_lock", "cheek_suck", "cheek_puff")  # fmt: skip
 CORNERS = ("smile", "grimace", "sneer", "jaw_left", "jaw_right")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig()
-
-
-@pytest.fixture(scope="module")
-def surface(sanity, rig):
-    return sanity.Surface(rig)
 
 
 @pytest.fixture(scope="module")

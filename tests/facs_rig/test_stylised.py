@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise
+from facs_rig import LANDMARKS, Camera, FaceParameters, rasterise
 from facs_rig.baking import warps
 from facs_rig.baking.eyes import BALL_RADIUS
 from facs_rig.coarse import coarse_rig
@@ -25,16 +25,6 @@ from facs_rig.stylised import PRESET_NAMES, PRESETS, drawn_style, is_stylised, p
 MM = 1e-3
 ENDS = [(f.name, end) for f in STYLED for end in f.style if not f.minimum <= end <= f.maximum]
 MANY = [drawn_style(np.random.default_rng([6, k])) for k in range(30)]
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig()
-
-
-@pytest.fixture(scope="module")
-def surface(sanity, rig):
-    return sanity.Surface(rig)
 
 
 @pytest.fixture(scope="module")
