@@ -283,9 +283,9 @@ def refined(
 
 def with_parts(
     source: Source, plain: NDArray, mesh: Mesh, frames: Frames
-) -> tuple[Mesh, NDArray[np.int64], tuple[Hairs, ...]]:
+) -> tuple[Mesh, tuple[NDArray, NDArray], tuple[Hairs, ...]]:
     """The mesh with teeth, gums and tongue, and with lashes and brows grown on it; the quads (k, 4)
-    of the mouth's parts a step before; the hairs."""
+    of the mouth's parts a step before and the places of their corners (k, 4, 2); the hairs."""
     m = source.size
     skin = mesh.triangles[mesh.skin[mesh.triangles[:, 0]]]
     hairs = (
@@ -294,12 +294,13 @@ def with_parts(
     )
     coarse = []
     for part in mouth_parts(frames, m):
-        coarse.append(len(mesh.part) + part.coarse.reshape(-1, 4))
+        coarse.append((len(mesh.part) + part.coarse, part.coarse_uv))
         mesh = grown(mesh, part.fine, part.uv)
     for hair in hairs:
         mesh = grown(mesh, hair, hair_uv(hair))
     mesh = replace(mesh, matrix=without_noise(mesh.matrix))
-    return mesh, np.concatenate(coarse), hairs
+    quads, places = (np.concatenate(some) for some in zip(*coarse, strict=True))
+    return mesh, (quads, places), hairs
 
 
 def grown(mesh: Mesh, part: Hairs, uv: NDArray) -> Mesh:

@@ -39,7 +39,7 @@ def level_arrays(
     source: tuple[NDArray, NDArray, NDArray],
     mirror: NDArray,
     fine: Refined,
-    coarse: NDArray,
+    coarse: tuple[NDArray, NDArray],
     polygons: tuple[NDArray, NDArray],
     texture: TextureMap,
     face: tuple[NDArray, NDArray, NDArray, NDArray, NDArray],
@@ -48,7 +48,7 @@ def level_arrays(
 
     source : quads (f, 4) of the cage, level (f,) of each, places (f, 4, 2) of their corners
     mirror : (m,) of the cage      fine : its refinement
-    coarse : (k, 4) what else is solid, before its refinement
+    coarse : quads (k, 4) of what else is solid, before its refinement, and places of their corners
     polygons, texture : of the whole mesh, hairs behind the refinement
     face : vertices (n, 3) in metres, part, mirror, how far keys move each, (n,), and
     its normal (n, 3)
@@ -58,7 +58,7 @@ def level_arrays(
     few = refine(quads, len(mirror), without_tips(np.maximum(level - 1, 0), quads), mirror)
     at = np.searchsorted(fine.number, few.number[few.polygon_vertices]).astype(np.int32)
     medium = texture.nearest(at, carried_uv(quad_uv, few)).reshape(-1, 4)
-    others = _places(coarse, texture)
+    others = texture.nearest(coarse[0].ravel(), coarse[1].reshape(-1, 2)).reshape(-1, 4)
     medium = np.concatenate([medium, others])
     cage = np.searchsorted(fine.number, quads).astype(np.int32)
     corners = texture.nearest(cage.ravel(), quad_uv.reshape(-1, 2)).reshape(-1, 4)
@@ -69,14 +69,6 @@ def level_arrays(
         **_arrays("medium", [*medium.tolist(), *_facing(blades, face[0])]),
         **_arrays("game", [*game.tolist(), *_cards(hairs, *face[:3])]),
     }
-
-
-def _places(quads: NDArray, texture: TextureMap) -> NDArray[np.int32]:
-    """(k, 4) places of quads (k, 4): at a seam those beside the corners that have but one."""
-    seams = np.isin(quads, texture.vertices[len(np.unique(texture.vertices)) :])
-    sure = np.where(seams.all(axis=1, keepdims=True), 1.0, 1.0 - seams)[..., None]
-    middle = (texture.points[quads] * sure).sum(axis=1) / sure.sum(axis=1)
-    return texture.nearest(quads.ravel(), np.repeat(middle, 4, axis=0)).reshape(-1, 4)
 
 
 def _shown(

@@ -111,11 +111,13 @@ def clear_out(source: Source, people: People, frames: Frames) -> None:
 @dataclass(frozen=True)
 class Part:
     """fine : rows over the cage, and polygons;  uv : (c, 2) where their corners lie on a texture;
-    coarse : (f, 4) quads of the step before between the first of its vertices"""
+    coarse : (f, 4) quads of the step before between the first of its vertices, whose corners lie at
+    `coarse_uv` (f, 4, 2)"""
 
     fine: Hairs
     uv: NDArray[np.float64]
     coarse: NDArray[np.int64]
+    coarse_uv: NDArray[np.float64]
 
 
 def mouth_parts(frames: Frames, m: int) -> list[Part]:
@@ -147,11 +149,12 @@ def _blending(along: NDArray) -> NDArray[np.float64]:
 def _part(name: str, cage: Cage, rows: sp.csr_matrix) -> Part:
     matrix, quads, chart = cage.fine()
     corner, size = TEXTURE[name]
-    uv = corner + np.array(size) * chart / chart.max(axis=(0, 1))
+    scale = np.array(size) / chart.max(axis=(0, 1))
     starts = np.arange(0, quads.size, 4)
     part = PART_NAMES.index(name)
     fine = Hairs((matrix @ rows).tocsr(), quads.ravel(), starts, part)
-    return Part(fine, uv.reshape(-1, 2), cage.quads)
+    uv = corner + scale * chart
+    return Part(fine, uv.reshape(-1, 2), cage.quads, corner + scale * cage.chart)
 
 
 # --- whose mouth it is ---
