@@ -43,7 +43,7 @@ def face_lines(
             continue
         way = arc_lengths(stroke.points)
         at = np.unique(np.searchsorted(way, np.arange(0, way[-1], step)))
-        ahead = np.gradient(stroke.points, axis=0)[at]
+        ahead = _along(stroke.points, way, at, step)
         ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
         triangle, weights = (part[at] for part in stroke.surface)
         found.append((stroke.points[at], ahead, triangle, weights, stroke.kind))
@@ -57,6 +57,17 @@ def face_lines(
     starts = np.cumsum([0, *(len(line[0]) for line in found)])
     kinds_of = np.array([line[4] for line in found], dtype=str)
     return SurfaceLines(Lines(points, along), starts, triangle, weights, kinds_of)
+
+
+def _along(line: NDArray, way: NDArray, at: NDArray, step: float) -> NDArray[np.float64]:
+    """(k, 2) from half a step before the points `at` of a line to half a step behind them: where
+    an outline folds back, neighbours a fraction of a pixel apart run anywhere.
+
+    way : (m,) pixels to each of the line's points (m, 2)
+    """
+    before, behind = way[at] - step / 2, way[at] + step / 2
+    there = [np.interp(behind, way, axis) - np.interp(before, way, axis) for axis in line.T]
+    return np.stack(there, axis=1)
 
 
 def face_contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
