@@ -103,7 +103,7 @@ def test_a_smiley_has_no_nose(detector):
 
 
 def test_profiles_are_seldom_taken(detector):
-    found = [detector.detect(profile(k)).trouble for k in range(700, 716)]
+    found = [detector.detect(profile(k)).trouble for k in range(700, 764)]
     assert np.mean([not why for why in found]) <= 0.15
     assert HIDDEN in found
 
