@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from addon.accepted import FORMATS
-from addon.tones import FAINTEST_CONTRAST, as_drawing
+from classifiers.tones import FAINTEST_CONTRAST, as_drawing
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import reason_of
 

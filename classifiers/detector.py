@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -84,6 +84,8 @@ class Detection:
     confidences : how probable it is that each landmark is within 2% of the face's height, 0..1
     faces : the face that was read and the others on the page, largest first; none if it is none
     face_probability : that there is a face, as the networks believe
+    person : parameter of identity -> what the networks believe it is, and how far off that may be
+    (standard deviation)
     turn : quarter turns anticlockwise, 0..3, by which the drawing was turned to be read; all pixels
     here are those of the turned one
     trouble : one of `plausible`, why nothing can be read; empty if a face was found. Without one
@@ -100,6 +102,7 @@ class Detection:
     face_probability: float
     turn: int = 0
     trouble: str = ""
+    person: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def clockwise(self) -> int:
@@ -138,7 +141,15 @@ class Detection:
                 for name, probability in self.probabilities.items()
             },
             "head": {n: round(float(a), 2) for n, a in zip(ANGLES, angles, strict=True)},
+        } | self._person_to_json()
+
+    def _person_to_json(self) -> dict[str, Any]:
+        """Who is drawn, of networks that tell."""
+        told = {
+            name: {"value": round(value, 3), "spread": round(spread, 3)}
+            for name, (value, spread) in self.person.items()
         }
+        return {"person": told} if told else {}
 
     def faces_to_json(self, matrix: NDArray) -> list[dict[str, Any]]:
         """The faces with their boxes, left, top, right, bottom.
@@ -164,6 +175,7 @@ class Reading:
     others : further faces on the page, largest first
     apart : mean distance between the landmarks of the last look and of its mirror image, crop units
     nose : see `plausible.nose_ink`
+    person : (p, 2) mean and log of the spread of each parameter of the person
     """
 
     logits: NDArray[np.float64]
@@ -176,6 +188,7 @@ class Reading:
     others: tuple[Face, ...] = ()
     apart: float = 0.0
     nose: float = 1.0
+    person: NDArray = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 class Detector:
@@ -190,6 +203,7 @@ class Detector:
         self.model = self._networks.model
         self.aus: tuple[str, ...] = tuple(self.model["aus"])
         self.landmarks: tuple[str, ...] = tuple(self.model["landmarks"])
+        self.person: tuple[str, ...] = tuple(self.model.get("person", ()))
         self.size = int(self.model["size"])
         self._au_mirror = mirror_order(self.aus)
         self._landmark_mirror = mirror_order(self.landmarks)
@@ -252,7 +266,18 @@ class Detector:
             face_probability=face,
             turn=turn,
             trouble=why,
+            person={} if why else self._person(reading.person),
         )
+
+    def _person(self, told: NDArray) -> dict[str, tuple[float, float]]:
+        """Of each parameter what is believed and its spread, as is true of held-out drawings."""
+        if not len(told):
+            return {}
+        spread = np.exp(told[:, 1]) * self.model.get("person_spreads", np.ones(len(told)))
+        return {
+            name: (float(mean), float(off))
+            for name, mean, off in zip(self.person, told[:, 0], spread, strict=True)
+        }
 
     def log_odds(self, logits: NDArray) -> NDArray[np.float64]:
         """Calibrated, of raw logits (..., k)."""
@@ -310,6 +335,7 @@ class Detector:
             tuple(other for other in faces if not echo(other.box, box)),
             float(third.apart),
             nose_ink(crop, third.landmarks[0, self._nose_frame]),
+            third.person[0].astype(float),
         )
 
     def _upright(self, page: Floats, room: Box) -> tuple[Answers, Box]:
@@ -357,6 +383,7 @@ class Detector:
             (a.face[:1] + a.face[1:]) / 2,
             a.found[:1],
             float(np.linalg.norm(a.landmarks[0] - flipped, axis=1).mean()),
+            a.person.mean(axis=0, keepdims=True),
         )
 
 

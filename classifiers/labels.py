@@ -14,8 +14,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.identity import ETHNICITIES, FEATURES
+
 FULL = 5.0  # a full natural activation; intensities are detected from 0 to this
 ACTIVE = 1.0  # from here on a control counts as active; between 0 and this it is neither
+# What is told of the person: parameters of identity that a mirrored drawing has as well.
+PERSON = ("gender", "age", "weight", *ETHNICITIES, *(feature.name for feature in FEATURES))
 
 
 def resolve_sides(aus: Mapping[str, float]) -> dict[str, float]:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,7 @@ class Answers:
     landmarks : (b, m, 2) crop units      spreads : (b, m) log of their expected error, crop units
     face : (b,) logit that there is one      found : (b, c, c, 4) see `finding.faces_on`
     apart : of a mean of two looks, the mean distance of their landmarks, crop units
+    person : (b, p, 2) mean and log of the spread of what is told of the person; p may be 0
     """
 
     logits: NDArray
@@ -46,6 +47,7 @@ class Answers:
     face: NDArray
     found: NDArray
     apart: float = 0.0
+    person: NDArray = field(default_factory=lambda: np.zeros((1, 0, 2)))
 
 
 def sigmoid(logit: NDArray) -> NDArray[np.float64]:
@@ -77,12 +79,14 @@ class Runtime:
             places[:, :, 2],
             answers["face"],
             answers["found"],
+            **({"person": answers["person"]} if "person" in answers else {}),
         )
 
     def _check(self, path: Path) -> None:
         """InputError if the networks are not those that the description is of."""
         shapes = {output.name: output.shape for output in self._session.get_outputs()}
-        counts = {"units": len(self.model["aus"]), "landmarks": len(self.model["landmarks"])}
+        names = {"units": "aus", "landmarks": "landmarks", "person": "person"}
+        counts = {name: len(self.model[key]) for name, key in names.items() if key in self.model}
         known = {"angles", "face", "found"} <= set(shapes)
         if not known or any(shapes.get(name, [0, 0])[1] != n for name, n in counts.items()):
             raise InputError(

@@ -23,7 +23,8 @@ from ..preprocess import bounding_landmarks, even_ink, face_box, ink_square
 from . import scribbles
 from .negatives import faceless
 from .scribbles import Frame, Pen
-from .targets import Targets, rotated_in_picture
+from .targets import Targets, manly, rotated_in_picture
+from .toning import toned
 
 Ink = NDArray[np.uint8]
 Floats = NDArray[np.float32]
@@ -35,6 +36,7 @@ MOST_FACES = 4  # on one page
 CROWDS = 0.35  # of first looks, those with more than one face
 SMALLEST = 0.2  # a face's box as a share of the page that is looked at first
 CUT = 0.08  # of pages, those whose edge cuts the face
+TONED = 0.25  # of the others, those that are shaded
 AS_DRAWN = 0.3  # of pages, those to which nothing is done: the generator has styles of its own
 
 
@@ -44,6 +46,7 @@ class Example:
 
     ink : (size, size) float32     landmarks : (m, 2) in crop units      angles : radians
     boxes : (MOST_FACES, 3) of each face's box u, v of the middle and the side, crop units, or nan
+    person : (p,) who it is, see `labels.PERSON`, or nan
     """
 
     ink: Floats
@@ -53,6 +56,7 @@ class Example:
     angles: Floats
     landmarks: Floats
     boxes: Floats
+    person: Floats
 
 
 @dataclass(frozen=True)
@@ -169,8 +173,11 @@ def worn(ink: Ink, rng: Generator) -> Ink:
     return ink
 
 
-def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generator) -> Ink:
-    """What an artist might add; `folds`: the expression deepens the nasolabial folds."""
+def decorated(
+    ink: Ink, points: NDArray, names: Names, folds: bool, man: float, rng: Generator
+) -> Ink:
+    """What an artist might add; `folds`: the expression deepens the nasolabial folds; `man`: how
+    much of a man is drawn, 0..1."""
     image = Image.fromarray(ink)
     pen = Pen(image, Frame.of(points, names.landmarks))
     chance = rng.random(8)
@@ -180,7 +187,7 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 5)))
     elif chance[0] < 0.3:  # older faces have them at rest
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 3)))
-    if chance[1] < 0.07:
+    if chance[1] < 0.14 * man:
         scribbles.beard(pen, rng)
     if chance[2] < 0.2:
         scribbles.hatching(pen, rng)
@@ -191,8 +198,9 @@ def decorated(ink: Ink, points: NDArray, names: Names, folds: bool, rng: Generat
     if chance[4] < 0.08:
         scribbles.glasses(pen, rng)
     if chance[5] < 0.6:
-        scribbles.hair(Pen(image, pen.frame.skull()), rng)
-    return np.array(image)
+        scribbles.hair(Pen(image, pen.frame.skull()), rng, man)
+    ink = np.array(image)
+    return toned(ink, pen.frame.skull(), rng) if chance[7] < TONED else ink
 
 
 def jittered(points: NDArray, spread: float, rng: Generator) -> Box:
@@ -308,15 +316,16 @@ def mirrored(example: Example, names: Names) -> Example:
         (example.angles * (-1, 1, -1)).astype(np.float32),
         landmarks.astype(np.float32),
         boxes.astype(np.float32),
+        example.person,
     )
 
 
 def artistic_page(
-    drawing: Ink, points: NDArray, folds: bool, names: Names, rng: Generator
+    drawing: Ink, points: NDArray, folds: bool, man: float, names: Names, rng: Generator
 ) -> tuple[Ink, NDArray, float]:
     """A drawing as an artist's page: ink (h + 2 PAD, w + 2 PAD) uint8, its points, the turn (rad).
 
-    drawing : (h, w) uint8, 255 = paper;  points : (m, 2) px.
+    drawing : (h, w) uint8, 255 = paper;  points : (m, 2) px;  folds, man : see `decorated`.
     """
     ink = np.pad(255 - drawing, PAD)
     points = points + PAD
@@ -326,7 +335,7 @@ def artistic_page(
     if rng.random() < 0.5:
         ink, points, turn = turned_and_bent(ink, points, rng)
     ink = worn(ink, rng)
-    return decorated(ink, points, names, folds, rng), points, turn
+    return decorated(ink, points, names, folds, man, rng), points, turn
 
 
 def example(
@@ -360,7 +369,8 @@ def example(
         )
     else:
         folds = bool(np.any(intensity[names.folded] >= 1.5))
-        ink, page_points, turn = artistic_page(drawing, points, folds, names, rng)
+        man = manly(targets.person[row])
+        ink, page_points, turn = artistic_page(drawing, points, folds, man, names, rng)
         bounds = page_points[names.bounding]
         others: list[Box] = []
         if kind == FAR and another and rng.random() < CROWDS:
@@ -388,5 +398,8 @@ def example(
     if rng.random() > AS_DRAWN:
         small = spoiled(small, rng)
     small = even_ink(small)
-    made = Example(small, kind, active, intensity, angles, points, boxes.astype(np.float32))
+    made = Example(
+        small, kind, active, intensity, angles, points, boxes.astype(np.float32),
+        targets.person[row],
+    )  # fmt: skip
     return mirrored(made, names) if rng.random() < 0.5 else made

@@ -45,4 +45,14 @@ def calibrate(
         "evidence": LIKELIHOOD_RATIO,
         "least": LEAST,
         "face_temperature": max(face_temperature, 0.5),
+        "person_spreads": person_spreads(readings, targets),
     }
+
+
+def person_spreads(readings: Sequence[Reading], targets: Targets) -> list[float]:
+    """(p,) what the spreads of the person's parameters are to be multiplied by to be true."""
+    person = np.array([reading.person for reading in readings])
+    off = (person[:, :, 0] - targets.person) / np.exp(person[:, :, 1])
+    known = ~np.isnan(off)
+    mean = np.where(known, np.square(np.nan_to_num(off)), 0).sum(axis=0)
+    return np.sqrt(mean / np.maximum(known.sum(axis=0), 1)).clip(0.1, 10).tolist()

@@ -6,7 +6,7 @@ import logging
 import math
 import pickle
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from . import shards
-from .augment import NEAR, Names, example
+from .augment import NEAR, Example, Names, example
 from .targets import Targets
 
 if TYPE_CHECKING:
@@ -101,8 +101,7 @@ class Batches:
 
 def collate(examples: Sequence) -> dict[str, np.ndarray]:
     """Arrays (b, ...) by the names of an Example's fields."""
-    names = ("ink", "kind", "active", "intensity", "angles", "landmarks", "boxes")
-    return {name: np.stack([getattr(e, name) for e in examples]) for name in names}
+    return {f.name: np.stack([getattr(e, f.name) for e in examples]) for f in fields(Example)}
 
 
 def validation_batch(
@@ -170,6 +169,6 @@ def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
         raise InputError(
             f"{checkpoint} cannot be read: name a checkpoint.pt of a training."
         ) from None
-    networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"])
+    networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"], saved["person"])
     networks.load_state_dict(saved["networks"])
     return networks.eval(), saved

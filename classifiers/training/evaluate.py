@@ -13,10 +13,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facs_rig import TWELVE
+from facs_rig.macros import years
 
 from ..detector import ANGLES, CLOSE, Detector, Reading
+from ..labels import PERSON
 from . import metrics, shards
 from .readings import Answers, DetectorReader, Reader, pages_of, stacked
 from .targets import Targets, encode
@@ -100,6 +103,35 @@ def scores(aus: Sequence[str], answers: Answers, targets: Targets) -> dict[str, 
         "landmark_error": landmark_error,
         "landmark_confidence_ece": confidence_ece,
         "seen_as_face": mean(np.where(np.isnan(answers.face), np.nan, answers.face > 0.5)),
+    } | person_figures(answers.person, targets.person)
+
+
+def person_figures(told: NDArray, truth: NDArray) -> dict[str, Any]:
+    """Who was drawn, (n, p) as told and in truth; nothing if nothing is told.
+
+    How well men are told from women (AUC), how far off ages are in years, and the mean correlation
+    of the other parameters that vary.
+    """
+    if not told.size or told.shape != truth.shape:
+        return {}
+    columns = {name: k for k, name in enumerate(PERSON)}
+    man, age = columns["gender"], columns["age"]
+    known = ~np.isnan(truth[:, age])
+    off = [
+        abs(years(a) - years(b)) for a, b in zip(told[known, age], truth[known, age], strict=True)
+    ]
+    sexes = np.where(np.isnan(truth[:, man]), np.nan, truth[:, man] > 0.5)
+    likeness = [
+        float(np.corrcoef(told[known, k], truth[known, k])[0, 1])
+        for k in range(len(PERSON))
+        if k not in (man, age) and np.ptp(truth[known, k]) > 0 and np.ptp(told[known, k]) > 0
+    ]
+    return {
+        "person": {
+            "sex_auc": metrics.auc(sexes, told[:, man]),
+            "age_error_years": mean(off),
+            "likeness": mean(likeness),
+        }
     }
 
 
@@ -228,6 +260,11 @@ def summary(result: dict[str, Any]) -> str:
     ]
     if "false_alarms_at_rest" in result:
         parts.append(f"{number(result['false_alarms_at_rest']):.2f} false alarms on a face at rest")
+    if who := result.get("person"):
+        parts.append(
+            f"sex AUC {number(who['sex_auc']):.3f}, age off by {number(who['age_error_years']):.1f}"
+            f" years, features' correlation {number(who['likeness']):.2f}"
+        )
     if "median_ms" in result:
         parts.append(f"{result['median_ms']:.1f} ms a drawing")
     return "; ".join(parts)

@@ -13,6 +13,7 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +32,10 @@ from .common import load_networks, spaced
 from .evaluate import figures, rounded
 from .negatives import faceless
 from .readings import pages_of, read_all
-from .targets import Targets, encode_all, rotated_in_picture
+from .targets import Targets, encode_all, manly, rotated_in_picture
 
 ONNX = "detector.onnx"
-OUTPUTS = ("units", "landmarks", "angles", "face", "found")
+OUTPUTS = ("units", "landmarks", "angles", "face", "found", "person")
 TOLERANCE = 1e-4
 OPSET = 17
 READ = 4000  # held-out drawings at most, each twice
@@ -87,15 +88,18 @@ def read_drawn_over(
             rng = np.random.default_rng((11, int(i)))
             folds = bool(np.any(targets.intensity[i][names.folded] >= 1.5))
             spots = targets.landmarks[i]
-            ink, moved, turn = artistic_page(data.drawings[int(i)], spots, folds, names, rng)
+            ink, moved, turn = artistic_page(
+                data.drawings[int(i)], spots, folds, manly(targets.person[i]), names, rng
+            )
             points.append(moved)
             angles.append(rotated_in_picture(targets.angles[i], turn))
             yield ink.astype(np.float32) / 255
 
     readings = read_all(detector, pages())
-    some = targets.take(rows)
-    return readings, Targets(
-        some.active, some.intensity, np.array(angles, np.float32), np.array(points, np.float32)
+    return readings, replace(
+        targets.take(rows),
+        angles=np.array(angles, np.float32),
+        landmarks=np.array(points, np.float32),
     )
 
 
@@ -166,6 +170,7 @@ def export(
             "size": networks.size,
             "aus": saved["aus"],
             "landmarks": saved["landmarks"],
+            "person": saved["person"],
             "temperatures": dict.fromkeys(saved["aus"], 1.0),
             "offsets": dict.fromkeys(saved["aus"], 0.0),
             "thresholds": dict.fromkeys(saved["aus"], 0.5),
@@ -184,7 +189,7 @@ def export(
         both_targets = Targets(
             *(
                 np.concatenate([getattr(t, field)[fit] for t in (clean_targets, over_targets)])
-                for field in ("active", "intensity", "angles", "landmarks")
+                for field in vars(clean_targets)
             )
         )
         none_logits = np.array([reading.face for reading in none])

@@ -14,6 +14,9 @@ from facs_rig.common.errors import InputError
 from ..runtime import read_description
 from .network import Convolution, Networks
 
+# Parts that stand in an export by their own names; those of an older one may lack the last.
+PARTS = ("geometry.", "finder.", "person.")
+
 
 def load_exported(networks: Networks, folder: Path) -> None:
     """Give networks the weights of a folder that `export` wrote; they answer as those do.
@@ -47,7 +50,7 @@ def load_exported(networks: Networks, folder: Path) -> None:
             head.conv.bias.copy_(weights[1][k])
             head.fc.weight.copy_(full[k])
             head.fc.bias.copy_(bias[k])
-        rest = {n: v for n, v in stored.items() if n.startswith(("geometry.", "finder."))}
+        rest = {n: v for n, v in stored.items() if n.startswith(PARTS)}
         networks.load_state_dict(rest, strict=False)
 
 

@@ -162,7 +162,7 @@ class Baseline:
         nan = float("nan")
         nothing = np.full(len(probability), nan)
         active = [p >= t for p, t in zip(probability, self.thresholds, strict=True)]
-        return probability, active, nothing, (nan,) * 3, np.full((1, 2), nan), (nan,), nan
+        return probability, active, nothing, (nan,) * 3, np.full((1, 2), nan), (nan,), nan, ()
 
 
 def logits(network: GoogLeNet, pictures: Sequence[Floats]) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from ..labels import FULL
 from .augment import MID, NEAR, NO_FACE
 
 YES = 2.5  # how much a yes counts: most actions are rare, and calibration follows anyway
+WHO = 0.5  # how much the person counts
 UNITS = 4.0  # how much the units count among the rest; they are the hardest to learn
 
 
@@ -20,7 +21,7 @@ def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str
     A landmark's spread is that of a Laplace distribution around it (Kendall & Gal 2017), and does
     not bend the landmark itself.
     """
-    units, places, angles, face, found = outputs
+    units, places, angles, face, found, person = outputs
     kind = batch["kind"]
     weight = (kind == NEAR).float() + mid_weight * (kind == MID).float()
     close = ((kind == NEAR) | (kind == MID)).float()
@@ -40,6 +41,7 @@ def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str
         "spread": 0.02 * (doubt * close).sum() / many,
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
+        "person": WHO * person_loss(person, batch["person"], (kind == NEAR).float()),
     }
 
 
@@ -63,6 +65,21 @@ def unit_losses(
         "units": UNITS * (entropy * known).sum() / known.sum().clamp(min=1e-6),
         "intensity": (fifths * strong).sum() / strong.sum().clamp(min=1),
     }
+
+
+def person_loss(person: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
+    """Of a Gaussian for each parameter, (b, p, 2) mean and log of its spread, against truth (b, p).
+
+    Each sample counts by its own spread, so that what is hard to see does not stop being learnt
+    (Seitzer et al. 2022, "On the Pitfalls of Heteroscedastic Uncertainty Estimation", beta 0.5).
+    What is not known (nan) does not count.
+    """
+    known = ~torch.isnan(truth) * weight[:, None]
+    spread = person[:, :, 1].clamp(-4, 2)
+    off = person[:, :, 0] - torch.nan_to_num(truth)
+    likelihood = 0.5 * (off * torch.exp(-spread)) ** 2 + spread
+    likelihood = likelihood * torch.exp(spread).detach()
+    return (likelihood * known).sum() / known.sum().clamp(min=1)
 
 
 def finder_loss(found: Tensor, boxes: Tensor) -> Tensor:

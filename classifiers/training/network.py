@@ -20,6 +20,8 @@ from torch.nn import functional as F  # noqa: N812
 
 from facs_rig.common.errors import InputError
 
+from ..labels import PERSON
+
 # EfficientNet-Lite0 up to stride 16: repeats, kernel, stride of the first, expansion, channels out.
 STAGES = ((1, 3, 1, 1, 16), (2, 3, 2, 6, 24), (2, 5, 2, 6, 40), (3, 3, 2, 6, 80), (3, 5, 1, 6, 112))
 STEM_CHANNELS = 32
@@ -27,7 +29,9 @@ TRUNK_CHANNELS = STAGES[-1][-1]
 STRIDE = 16
 DROPOUT = 0.2
 SPREAD = -4.0  # log of a landmark's expected error before anything is learnt: 2% of the crop
+DOUBT = -1.0  # log of the spread of a person's parameters before anything is learnt
 RARE = -4.0  # logit of a cell before anything is learnt: few hold a face's middle
+Outputs = tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
 BATCH_NORM = {"eps": 1e-3, "momentum": 0.05}  # the mean of the last ~20 batches: training is short
 
 
@@ -203,6 +207,28 @@ class GeometryHead(nn.Module):
         return torch.cat([points, spread], dim=2), self.angles(hidden), self.face(hidden)[:, 0]
 
 
+class PersonHead(nn.Module):
+    """Who is drawn: of each parameter of identity its mean and the log of its spread, (b, p, 2).
+
+    It reads the landmarks as well as the features, and does not bend them.
+    """
+
+    def __init__(
+        self, cells: int, landmarks: int, person: int, channels: int = 24, hidden: int = 128
+    ) -> None:
+        super().__init__()
+        self.conv = nn.Conv2d(TRUNK_CHANNELS, channels, 3, padding=1)
+        self.hidden = nn.Linear(channels * (cells // 2) ** 2 + landmarks * 2, hidden)
+        self.answer = nn.Linear(hidden, person * 2)
+
+    def forward(self, features: Tensor, points: Tensor) -> Tensor:
+        """features (b, 112, c, c), points (b, m, 2) in crop units -> (b, p, 2)."""
+        pooled = F.max_pool2d(F.relu(self.conv(features)), 2).flatten(1)
+        seen = torch.cat([pooled, points.detach().flatten(1) * 2 - 1], dim=1)
+        mean, spread = self.answer(F.relu(self.hidden(seen))).chunk(2, dim=1)
+        return torch.stack([mean, spread + DOUBT], dim=2)
+
+
 class Finder(nn.Module):
     """Where faces are on a page: each cell says whether a face's middle lies in it, and its box.
 
@@ -221,15 +247,22 @@ class Finder(nn.Module):
 
 
 class Networks(nn.Module):
-    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face, found).
+    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face, found,
+    person).
 
     units : (b, len(aus), 3) logit no, logit yes, intensity / 5;
     landmarks : (b, m, 3) u, v in crop units, log of the expected error in crop units;
     angles : (b, 3) yaw, pitch, roll in radians; face : (b,) logit;
-    found : (b, size / 16, size / 16, 4), see Finder.
+    found : (b, size / 16, size / 16, 4), see Finder;  person : (b, p, 2), see PersonHead.
     """
 
-    def __init__(self, aus: Sequence[str], landmarks: Sequence[str], size: int = 128) -> None:
+    def __init__(
+        self,
+        aus: Sequence[str],
+        landmarks: Sequence[str],
+        size: int = 128,
+        person: Sequence[str] = PERSON,
+    ) -> None:
         super().__init__()
         if size % (2 * STRIDE):
             raise InputError(f"The input size must be a multiple of {2 * STRIDE}, not {size}.")
@@ -239,16 +272,19 @@ class Networks(nn.Module):
         self.heads = nn.ModuleDict({name: UnitHead(cells) for name in aus})
         self.geometry = GeometryHead(cells, len(landmarks))
         self.finder = Finder()
+        self.person_names = tuple(person)
+        self.person = PersonHead(cells, len(landmarks), len(person))
 
-    def forward(self, ink: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    def forward(self, ink: Tensor) -> Outputs:
         return self.answers(self.trunk(ink))
 
-    def answers(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    def answers(self, features: Tensor) -> Outputs:
         """The same from the trunk's features (b, 112, size / 16, size / 16)."""
         heads = [self.heads[name] for name in self.aus]
         units = side_by_side(heads, features, DROPOUT if self.training else 0.0)
         points, angles, face = self.geometry(features)
-        return units, points, angles, face, self.finder(features)
+        person = self.person(features, points[:, :, :2])
+        return units, points, angles, face, self.finder(features), person
 
 
 def imagenet_weights() -> dict[str, Tensor]:

@@ -20,6 +20,7 @@ class Answers:
     probability, active, intensity : (n, k), the last 0..5 as if the unit were active
     angles : (n, 3) radians      landmarks : (n, m, 2) pixels of the drawing
     confidence : (n, m) how probable a landmark is within `CLOSE`      face : (n,) probability
+    person : (n, p) of the parameters that PERSON names; none if nothing is said of them
     """
 
     probability: NDArray[np.float64]
@@ -29,12 +30,14 @@ class Answers:
     landmarks: NDArray[np.float64]
     confidence: NDArray[np.float64]
     face: NDArray[np.float64]
+    person: NDArray[np.float64]
 
     def take(self, index: NDArray) -> Answers:
         return Answers(**{name: values[index] for name, values in vars(self).items()})
 
 
-Row = tuple[Sequence[float], Sequence[bool], NDArray, Sequence[float], Any, Sequence[float], float]
+Row = tuple[Sequence[float], Sequence[bool], NDArray, Sequence[float], Any, Sequence[float], float,
+            Sequence[float]]  # fmt: skip
 
 
 class Reader(Protocol):
@@ -85,6 +88,7 @@ class DetectorReader:
             reading.landmarks,
             list(said.confidences.values()),
             said.face_probability,
+            [value for value, _ in said.person.values()],
         )
 
 

@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig.common.errors import InputError
+from facs_rig.identity import BY_NAME
 
-from ..labels import ACTIVE, FULL, resolve_sides
+from ..labels import ACTIVE, FULL, PERSON, resolve_sides
 from .shards import DataSet
+
+BOYS = -0.4  # `age` up to which nobody has a beard
 
 
 def rotated_in_picture(angles: Sequence[float], turn: float) -> tuple[float, float, float]:
@@ -44,20 +47,26 @@ class Targets:
     active : (n, k) float32, 1 yes, 0 no, nan neither (intensity between 0 and 1)
     intensity : (n, k) float32, 0..5      angles : (n, 3) float32, yaw, pitch, roll in radians
     landmarks : (n, m, 2) float32, pixels of the drawing
+    person : (n, p) float32, the parameters of identity that PERSON names; nan where not known
     """
 
     active: NDArray[np.float32]
     intensity: NDArray[np.float32]
     angles: NDArray[np.float32]
     landmarks: NDArray[np.float32]
+    person: NDArray[np.float32]
 
     def __len__(self) -> int:
         return len(self.angles)
 
     def take(self, index: NDArray) -> Targets:
-        return Targets(
-            self.active[index], self.intensity[index], self.angles[index], self.landmarks[index]
-        )
+        return Targets(**{name: values[index] for name, values in vars(self).items()})
+
+
+def manly(person: NDArray) -> float:
+    """How much of a grown man somebody is, 0..1, of parameters (p,): who is not known may be."""
+    man, age = (float(person[PERSON.index(name)]) for name in ("gender", "age"))
+    return 0.5 if np.isnan(man) else man * (np.isnan(age) or age > BOYS)
 
 
 def encode_all(data: DataSet, aus: Sequence[str], landmarks: Sequence[str]) -> Targets:
@@ -75,6 +84,7 @@ def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[s
     intensity = np.zeros((len(records), len(aus)), np.float32)
     angles = np.zeros((len(records), 3), np.float32)
     points = np.zeros((len(records), len(landmarks), 2), np.float32)
+    person = np.full((len(records), len(PERSON)), np.nan, np.float32)
     unseen = np.zeros(intensity.shape, bool)
     places_of = {name: k for k, name in enumerate(aus)}
     for i, record in enumerate(records):
@@ -89,11 +99,14 @@ def encode(records: Sequence[Mapping], aus: Sequence[str], landmarks: Sequence[s
                 f"Drawing {record.get('index', i)} of the data set has no entry {error}:"
                 " generate it again with this version."
             ) from None
+        if identity := record.get("identity"):
+            person[i] = [identity.get(name, BY_NAME[name].default) for name in PERSON]
         for name in record.get("hidden", ()):
             if name in places_of:
                 unseen[i, places_of[name]] = True
     active = np.where(intensity >= ACTIVE, 1, np.where(intensity > 0, np.nan, 0))
     active[unseen] = np.nan
     return Targets(
-        active.astype(np.float32), np.clip(intensity, 0, FULL), np.radians(angles), points
-    )
+        active.astype(np.float32), np.clip(intensity, 0, FULL), np.radians(angles), points,
+        person,
+    )  # fmt: skip

@@ -158,6 +158,7 @@ class Run:
             "config": asdict(self.config),
             "aus": list(self.networks.aus),
             "landmarks": list(self.networks.landmark_names),
+            "person": list(self.networks.person_names),
             "drawings": drawings,
         }
         save(self.path, state)

@@ -117,7 +117,7 @@ def test_an_artists_page_keeps_the_face_in_place(data, names):
     for row in range(12):
         rng = np.random.default_rng(row)
         points = targets.landmarks[row]
-        page, moved, turn = artistic_page(drawings[row], points, True, names, rng)
+        page, moved, turn = artistic_page(drawings[row], points, True, 0.5, names, rng)
         assert page.shape == tuple(n + 2 * PAD for n in drawings[row].shape)
         assert abs(turn) < 0.3
         assert np.hypot(*(moved - points - PAD).T).max() < 45

@@ -14,6 +14,7 @@ import pytest
 from addon import evaluate_command
 from addon.cli import main
 from classifiers import load_detector
+from classifiers.labels import PERSON
 from classifiers.training import evaluate, shards
 from classifiers.training.evaluate import band, scores, split_scores, summary, table
 from classifiers.training.readings import Answers, DetectorReader
@@ -32,10 +33,11 @@ def perfect(n: int = 40) -> tuple[Answers, Targets]:
     angles = rng.uniform(-0.5, 0.5, (n, 3)).astype(np.float32)
     landmarks = rng.uniform(0, 50, (n, 2, 2)).astype(np.float32)
     landmarks[:, 1, 1] = landmarks[:, 0, 1] + 100
-    targets = Targets(active, intensity, angles, landmarks)
+    person = rng.uniform(-1, 1, (n, len(PERSON))).astype(np.float32)
+    targets = Targets(active, intensity, angles, landmarks, person)
     answers = Answers(
         active.astype(float), active > 0, intensity.astype(float), angles.astype(float),
-        landmarks.astype(float), np.ones((n, 2)), np.ones(n),
+        landmarks.astype(float), np.ones((n, 2)), np.ones(n), person.astype(float),
     )  # fmt: skip
     return answers, targets
 

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
-from addon.ruled import without_rules
 from facs_rig.common.errors import InputError
+
+from .ruled import without_rules
 
 Floats = NDArray[np.float32]
 
 _PAPER_BLOCKS = 192  # the paper's tone is estimated on a grid of about so many blocks a side
+_FITTED = 64  # of which about so many a side are looked at for a smooth surface
 _SOLID_INK = 0.35  # of the way from ink to paper: a broad area below is ink, above it is shadow
 _BLACK, _MUCH_BLACK = 0.15, 0.25  # tone relative to the paper; share of the page
 FAINTEST_CONTRAST = 0.04  # of the full range, between paper and ink
@@ -174,19 +176,25 @@ def _upper_surface(tones: Floats) -> Floats:
     Asymmetric least squares: P. Eilers and H. Boelens, Baseline Correction with Asymmetric Least
     Squares Smoothing, 2005; here with polynomials in place of the smoothness penalty.
     """
-    rows, columns = tones.shape
-    v, u = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
-    terms = np.stack([u**i * v**j for i in range(4) for j in range(4 - i)], axis=-1).reshape(-1, 10)
-    target = tones.ravel().astype(np.float64)
+    terms = _cubic_terms(tones.shape)
+    some = tuple(slice(None, None, -(-n // _FITTED)) for n in tones.shape)  # ten numbers need few
+    whole, terms = terms, terms[some].reshape(-1, 10)
+    target = tones[some].ravel().astype(np.float64)
     weight: NDArray[Any] = np.ones_like(target)
     ridge = 1e-3 * len(target) * np.diag([0.0] + [1.0] * 9)  # rather flat than wild
-    fitted: NDArray[Any] = target
+    factors: NDArray[Any] = np.zeros(10)
     for _ in range(12):
         weighted = terms * weight[:, None]
-        fitted = terms @ np.linalg.solve(terms.T @ weighted + ridge, weighted.T @ target)
+        factors = np.linalg.solve(terms.T @ weighted + ridge, weighted.T @ target)
+        fitted = terms @ factors
         weight = np.where(target > fitted, 0.97, 0.03)
-    surface = np.clip(fitted, 0.2 * tones.max(), tones.max())
-    return surface.reshape(tones.shape).astype(np.float32)
+    return np.clip(whole @ factors, 0.2 * tones.max(), tones.max()).astype(np.float32)
+
+
+def _cubic_terms(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """(rows, columns, 10) the terms of a cubic polynomial of two variables from -1 to 1."""
+    v, u = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
+    return np.stack([u**i * v**j for i in range(4) for j in range(4 - i)], axis=-1)
 
 
 def _not_solid(lightness: Floats) -> NDArray[np.bool_]:

@@ -8,9 +8,9 @@ from PIL import Image, ImageDraw
 
 from addon import drawing
 from addon.drawing import Drawing
-from addon.ruled import find, without_rules
 from addon.sketches.render import FOLDER as SKETCHES
 from classifiers import load_detector
+from classifiers.ruled import find, without_rules
 from tests.classifiers.doodles import head
 
 PAPERS = {
