@@ -16,7 +16,14 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from addon import commands, detect_command, evaluate_command, rig_command, train_command
+from addon import (
+    benchmark_command,
+    commands,
+    detect_command,
+    evaluate_command,
+    rig_command,
+    train_command,
+)
 from addon.console import say
 from addon.terminal import Stopped, mute, prepare_streams, stoppable
 from facs_rig.common.errors import InputError
@@ -132,6 +139,11 @@ COMMANDS: dict[
     ),
     "train": ("train the classifiers on such a set", train_command.arguments, train_command.run),
     "evaluate": ("measure the classifiers", evaluate_command.arguments, evaluate_command.run),
+    "benchmark": (
+        "compare methods on named sets of drawings",
+        benchmark_command.arguments,
+        benchmark_command.run,
+    ),
     "rig": (
         "list the controls of the face, draw them, or export it",
         rig_command.arguments,
