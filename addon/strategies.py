@@ -107,4 +107,4 @@ def _observations(detection: Detection) -> Observations:
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
-    return Observations(detection.landmarks, spreads)
+    return Observations(detection.landmarks, spreads, person=detection.person)

@@ -10,7 +10,7 @@ the first step on, and what is known of faces holds the parameters near plain on
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -41,6 +41,7 @@ class Observations:
 
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
+    person : identity parameter -> what the drawing says of it, and how far off that may be
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
     """
 
@@ -48,6 +49,7 @@ class Observations:
     spreads: Mapping[str, float]
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     decided: frozenset[str] = frozenset()
+    person: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 STEPS = (0.05, 0.03, 0.018)
@@ -78,8 +80,14 @@ INTENSITY, MOST = 0.7, 6.5
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
 WHO = ("gender", "age", "weight", *ETHNICITIES, *(f.name for f in FEATURES))
 """What of a person is looked for; the rest stays as it is."""
+LIKELY_AGE = 0.3
+"""Of somebody of whom nothing was seen."""
 GROWN = (0.0, 1.0)
 """Range of `age`: lines alone do not tell a child from an adult with large eyes."""
+CHILD = -0.25
+"""`age` from which on, with its spread, somebody is taken for a child: 20 years."""
+LEAST_DOUBT = 0.05
+"""However sure it was seen what somebody is like."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
@@ -104,7 +112,7 @@ def fit_shape(
     Without lines the landmarks alone decide. Raises PinsApart where pins blow the face up or crush
     it.
     """
-    guess = _Guess.of(parameters, camera, observed.decided)
+    guess = _Guess.of(parameters, camera, observed)
     values = guess.start(parameters)
     known = {**observed.landmarks, **observed.pins}
     marks = [name for name in known if name in LANDMARKS]
@@ -175,10 +183,10 @@ class _Guess:
     high: NDArray[np.float64]
 
     @classmethod
-    def of(cls, parameters: FaceParameters, camera: Camera, decided: Collection[str]) -> _Guess:
+    def of(cls, parameters: FaceParameters, camera: Camera, observed: Observations) -> _Guess:
         identity = WHO
         controls = tuple(
-            name for name, value in parameters.aus.items() if value and name not in decided
+            name for name, value in parameters.aus.items() if value and name not in observed.decided
         )
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
@@ -189,11 +197,7 @@ class _Guess:
             (angle, spread, -np.inf, np.inf)
             for angle, spread in zip(parameters.head, POSE, strict=True)
         ]
-        for name in identity:
-            feature = BY_NAME[name]
-            likely = 0.3 if name == "age" else feature.default
-            least, most = GROWN if name == "age" else (feature.minimum, feature.maximum)
-            rows.append((likely, SPREAD.get(name, FEATURE), least, most))
+        rows += [_likely(name, observed.person) for name in identity]
         rows += [(parameters.aus[name], INTENSITY, 0.0, MOST) for name in controls]
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)
@@ -231,6 +235,25 @@ def _telling(identity: Mapping[str, float]) -> dict[str, float]:
         for name, value in identity.items()
         if abs(value - BY_NAME[name].default) > PLAIN
     }
+
+
+def _likely(
+    name: str, person: Mapping[str, tuple[float, float]]
+) -> tuple[float, float, float, float]:
+    """What an identity parameter probably is, how far off that is, its least and its most.
+
+    Of people in general, or where something was seen of who is drawn, of such people.
+    """
+    feature = BY_NAME[name]
+    least, most = feature.minimum, feature.maximum
+    if name not in person:
+        if name == "age":
+            return LIKELY_AGE, SPREAD[name], *GROWN
+        return feature.default, SPREAD.get(name, FEATURE), least, most
+    seen, spread = person[name]
+    if name == "age" and seen > CHILD - spread:
+        least, _ = GROWN
+    return float(np.clip(seen, least, most)), max(spread, LEAST_DOUBT), least, most
 
 
 class _System:

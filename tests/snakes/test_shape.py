@@ -144,8 +144,43 @@ def test_what_is_settled_stays_and_the_rest_moves(drawn):
     assert found.identity != begin.identity
 
 
+def guess_of(**person) -> _Guess:
+    camera = Camera(100, 100, (300.0, 300.0), (50.0, 50.0))
+    return _Guess.of(FaceParameters(), camera, Observations({}, {}, person=person))
+
+
 def test_nobody_is_made_a_child_by_lines_alone():
-    guess = _Guess.of(FaceParameters(), Camera(100, 100, (300.0, 300.0), (50.0, 50.0)), ())
+    guess = guess_of()
     at = 6 + guess.identity.index("age")
     assert (guess.low[at], guess.high[at]) == (0.0, 1.0)
     assert not {"muscle", "age_shows", "asym_jaw", "brow_thickness"} & set(guess.identity)
+
+
+@pytest.mark.parametrize(
+    ("seen", "spread", "least"), [(-0.6, 0.2, -1.0), (-0.6, 0.5, 0.0), (0.4, 0.2, 0.0)]
+)
+def test_a_child_is_one_that_was_surely_seen(seen, spread, least):
+    guess = guess_of(age=(seen, spread))
+    at = 6 + guess.identity.index("age")
+    assert guess.low[at] == least
+    assert guess.likely[at] == max(seen, least) and guess.spread[at] == spread
+
+
+def test_who_was_seen_is_who_is_likely(drawn):
+    """Without lines and landmarks the face is the one that the networks saw, within its ranges."""
+    rig = load_rig()
+    person = {"gender": (0.9, 0.1), "nose_length": (0.6, 0.2), "jaw_width": (7.0, 0.2)}
+    found, _ = fit_shape(NONE, rig, BEGIN, drawn[1], Observations({}, {}, person=person))
+    assert found.identity["gender"] == pytest.approx(0.9)
+    assert found.identity["nose_length"] == pytest.approx(0.6)
+    assert found.identity["jaw_width"] == 1.0
+    assert "eye_size" not in found.identity
+
+
+def test_what_is_surely_seen_bends_less_to_lines(drawn):
+    rig, away_from = load_rig(), []
+    for spread in (0.05, 0.5):
+        seen = replace(observed(drawn[3]), person={"nose_length": (-0.8, spread)})
+        found, _ = fit_shape(drawn[2], rig, BEGIN, drawn[1], seen)
+        away_from.append(abs(found.identity.get("nose_length", 0.0) + 0.8))
+    assert away_from[0] < 0.5 * away_from[1]
