@@ -16,6 +16,7 @@ from .linework.paper import through, tilt_matrix
 from .linework.strokes import Stroke
 from .linework.style import Style
 from .shading import construction, hatches
+from .tone import graphite, tilted
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,14 @@ def draw_page(
 ) -> Page:
     """A face's strokes, from either engine, as a drawing of this style in the camera's pixels.
 
-    vertices : (n, 3) metres, the posed face, for the hatches and lines that the style adds.
+    vertices : (n, 3) metres, the posed face, for the hatches, shade and lines that the style adds.
     """
     marks = construction(rig, vertices, camera) if style.construction else []
     marks += hatches(rig, vertices, camera, style, rng)
     matrix = tilt_matrix(style, camera.width, camera.height)
     drawn = loosen([*marks, *strokes], style, rng)
+    tone = graphite(rig, vertices, camera, style)
     if any(style.tilt):
         drawn = [replace(stroke, points=through(matrix, stroke.points)) for stroke in drawn]
-    return Page(ink(drawn, camera.width, camera.height, style), drawn, matrix)
+        tone = None if tone is None else tilted(tone, matrix)
+    return Page(ink(drawn, camera.width, camera.height, style, tone), drawn, matrix)

@@ -41,10 +41,10 @@ def hatches(
     """
     if not style.hatching:
         return []
-    depth, skin = _skin_depth(rig, vertices, camera, style.layers)
+    depth, skin = skin_depth(rig, vertices, camera, style.layers)
     if skin.sum() < 20:
         return []
-    shade = _shade(depth, skin, style, _cell(camera))
+    shade = _shade(depth, skin, style, cell_size(camera))
     lean = np.radians(45.0 if style.light < 0 else 135.0) + rng.normal(0, 0.12)
     gap = SPACING[0] + SPACING[1] * style.width
 
@@ -53,11 +53,11 @@ def hatches(
     # Away from the light, where the surface falls off and the planes meet it at the best angle.
     across = np.array([-along[1], along[0]]) * (1 if style.light < 0 else -1)
     middle = np.array([camera.width, camera.height]) / 2
-    cells = (np.argwhere(skin)[:, ::-1] + 0.5) * _cell(camera) - middle
+    cells = (np.argwhere(skin)[:, ::-1] + 0.5) * cell_size(camera) - middle
     p, q = (np.arange(way.min() - 3 * STEP, way.max() + 3 * STEP, STEP)
             for way in (cells @ along, cells @ across))  # fmt: skip
     place = middle + p[:, None, None] * along + q[None, :, None] * across
-    cell = place[..., ::-1].reshape(-1, 2).T / _cell(camera) - 0.5
+    cell = place[..., ::-1].reshape(-1, 2).T / cell_size(camera) - 0.5
 
     def at_places(values: NDArray, outside: float) -> NDArray:
         found = map_coordinates(values, cell, order=1, mode="constant", cval=outside)
@@ -100,7 +100,7 @@ def hatches(
     return out
 
 
-def _skin_depth(
+def skin_depth(
     rig: FaceRig, vertices: NDArray, camera: Camera, layers: tuple[str, ...]
 ) -> tuple[NDArray, NDArray]:
     """Depth (h, w) in pixels, smoothed, in cells of CELL pixels, and where skin is seen.
@@ -120,7 +120,7 @@ def _skin_depth(
     for shell in shells:
         shown = np.concatenate([shown, shell])
         skin, eyes = (np.concatenate([part, np.zeros(len(shell), bool)]) for part in (skin, eyes))
-    size = _cell(camera)
+    size = cell_size(camera)
     shape = int(np.ceil(camera.height / size)), int(np.ceil(camera.width / size))
     column, row = np.floor(camera.project(shown) / size).astype(np.int64).T
     on_page = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
@@ -133,32 +133,37 @@ def _skin_depth(
     count = np.bincount(cell[front], minlength=nearest.size)
     ours = np.bincount(cell[front], skin[front], nearest.size)
     total = np.bincount(cell[front], z[front] * skin[front], nearest.size)
-    depth = np.divide(total, ours, out=np.zeros_like(total), where=ours > 0).reshape(shape)
+    depth = np.divide(total, ours, out=np.zeros(total.shape), where=ours > 0).reshape(shape)
     seen = ((ours > 0) & (ours >= 0.5 * count)).reshape(shape)
     whole = binary_closing(np.pad(seen, 2), iterations=2)[2:-2, 2:-2]
-    fine, coarse = _known(depth, seen, 0.8), _known(depth, seen, 2.5)
+    fine, coarse = known(depth, seen, 0.8), known(depth, seen, 2.5)
     smooth = np.where(seen, fine, coarse)
     clear = np.bincount(cell[front], eyes[front], nearest.size).reshape(shape) == 0
     return smooth, whole & clear
 
 
-def _known(depth: NDArray, seen: NDArray, sigma: float) -> NDArray:
+def known(depth: NDArray, seen: NDArray, sigma: float) -> NDArray:
     """Depth (h, w) blurred from the cells in which it is known alone."""
     around = gaussian_filter(seen.astype(float), sigma, truncate=8)
     return gaussian_filter(depth * seen, sigma, truncate=8) / np.maximum(around, 1e-9)
 
 
-def _cell(camera: Camera) -> float:
+def cell_size(camera: Camera) -> float:
     """Pixels of a cell of the depth buffer that hatches are looked up in."""
     return max(camera.width, camera.height) / CELLS
 
 
-def _shade(z: NDArray, skin: NDArray, style: Style, cell: float) -> NDArray:
-    """How dark each cell (h, w) is, above 0 in the shade and 1 in the deepest; z in pixels."""
+def light_on(z: NDArray, style: Style, cell: float) -> NDArray:
+    """How bright each cell (h, w) is, by the light of `style` on the slopes of z (h, w), pixels."""
     dv, du = np.gradient(z, cell)
     angle = np.radians(style.light)
     lamp = np.array([LAMP[0] * np.sin(angle), LAMP[0] * np.cos(angle), LAMP[1]])
-    lit = (-du * lamp[0] + dv * lamp[1] + lamp[2]) / np.sqrt(du * du + dv * dv + 1)
+    return (-du * lamp[0] + dv * lamp[1] + lamp[2]) / np.sqrt(du * du + dv * dv + 1)
+
+
+def _shade(z: NDArray, skin: NDArray, style: Style, cell: float) -> NDArray:
+    """How dark each cell (h, w) is, above 0 in the shade and 1 in the deepest; z in pixels."""
+    lit = light_on(z, style, cell)
     middle, darkest = np.quantile(lit[skin], [0.5 * style.hatching, 0.02])
     return np.clip((middle - lit) / max(middle - darkest, 1e-6), -1, 1)
 

@@ -41,6 +41,7 @@ LOOKS: dict[str, tuple[float, Ranges]] = {
 }  # fmt: skip
 HATCHING_ODDS = {"pencil": 0.35, "rough": 0.15, "ballpoint": 0.3, "ink": 0.12, "broken": 0.1}
 CONSTRUCTION_ODDS = {"pencil": 0.25, "rough": 0.35, "ballpoint": 0.1}
+GRAPHITE_ODDS = {"pencil": 0.45, "rough": 0.25, "ballpoint": 0.1, "marker": 0.1, "brush": 0.1}
 PAPERS: dict[str, tuple[float, Ranges]] = {
     "white": (0.70, {}),
     "toned": (0.06, {"paper": (0.78, 0.97)}),
@@ -72,6 +73,10 @@ def sample_style(
         values["light"] = round(float(rng.choice([-1, 1]) * rng.uniform(20, 80)), 2)
     if rng.random() < CONSTRUCTION_ODDS.get(look, 0):
         values["construction"] = round(float(rng.uniform(0.2, 0.5)), 4)
+    if rng.random() < GRAPHITE_ODDS.get(look, 0):
+        values["graphite"] = round(float(rng.uniform(0.2, 1)), 4)
+        values["smudge"] = round(float(rng.random()), 4)
+        values.setdefault("light", round(float(rng.choice([-1, 1]) * rng.uniform(20, 80)), 2))
     if paper == "photo":
         lean = rng.uniform(-0.05, 0.05, 2)
         values["tilt"] = (round(float(lean[0]), 4), round(float(lean[1]), 4))

@@ -44,9 +44,16 @@ FILLED = ("pupil", "fill")  # closed strokes that are black within
 
 
 def ink(
-    strokes: Iterable[Stroke], width: int, height: int, style: Style | None = None
+    strokes: Iterable[Stroke],
+    width: int,
+    height: int,
+    style: Style | None = None,
+    under: Floats | None = None,
 ) -> NDArray[np.uint8]:
-    """(height, width) uint8 picture of marks in its pixels; 0 is ink, 255 white paper."""
+    """(height, width) uint8 picture of marks in its pixels; 0 is ink, 255 white paper.
+
+    under : (height, width) darkness 0..1 that lies under them, as it is on the paper
+    """
     style = style or Style()
     strokes = [stroke for stroke in strokes if len(stroke.points) > 1]
     darkness = np.zeros((height, width), np.float32)
@@ -77,7 +84,10 @@ def ink(
             if stroke.kind in FILLED and len(stroke.points) > 8:
                 _blot(sheets[sheet[k]], stroke.points, style.tone)
         darkness = sheets[0] if opaque else 1 - np.prod(1 - sheets, axis=0)
-    return on_paper(grained(darkness, style), style)
+    darkness = grained(darkness, style)
+    if under is not None:
+        darkness = 1 - (1 - darkness) * (1 - under)
+    return on_paper(darkness, style)
 
 
 def _kind(stroke: Stroke, style: Style) -> tuple[float, float]:

@@ -33,6 +33,8 @@ class Style:
     tone : darkness that one stroke leaves, 1 black        pale : 1 tone follows strength
     grain : 1 the tooth of the paper shows through
     hatching : 0 none, 1 half of the face in shade        light : degrees round from above
+    graphite : how dark the shade on the face is, 0 none        smudge : 0 the tooth of the paper
+    shows in it, 1 it is rubbed smooth
     construction : tone of the lines that help to draw, 0 none
     paper : tone of the page, 1 white        noise : standard deviation of a scanner's grain
     shadow : how much darker the darkest part of the page is lit        blur : sigma
@@ -60,6 +62,8 @@ class Style:
     grain: float = setting(0.0, minimum=0, maximum=1)
     hatching: float = setting(0.0, minimum=0, maximum=1)
     light: float = setting(-40.0, minimum=-180, maximum=180)
+    graphite: float = setting(0.0, minimum=0, maximum=1)
+    smudge: float = setting(0.5, minimum=0, maximum=1)
     construction: float = setting(0.0, minimum=0, maximum=1)
     paper: float = setting(1.0, minimum=0.75, maximum=1)
     noise: float = setting(0.0, minimum=0, maximum=0.1)
@@ -108,6 +112,10 @@ STYLES: dict[str, Style] = {
     ),
     "broken": Style(look="broken", width=1.5, fading=0.5, wobble=0.4, taper=0.6, breaks=0.2),
     "hatched": Style(look="hatched", width=1.3, fading=0.4, wobble=0.3, taper=0.7, hatching=0.8),
+    "shaded": Style(
+        look="pencil", width=1.7, fading=0.4, wobble=0.4, passes=2, pressure=0.4, taper=0.6,
+        overshoot=2, pull=90, tone=0.7, pale=0.5, grain=0.6, graphite=0.8, smudge=0.5,
+    ),
     "marker": Style(look="marker", width=3.0, fading=0.3, wobble=0.5, nib=0.35, tone=0.8),
     "ballpoint": Style(
         look="ballpoint", width=1.2, fading=0.15, wobble=0.7, passes=2, pressure=0.5, overshoot=3,
