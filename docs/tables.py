@@ -382,8 +382,10 @@ def sampled_pages() -> str:
         "hair": f"{percent(map(bool, hair))} ("
         + ", ".join(f"{a.removeprefix('hair_')} {percent(a in h for h in hair)}" for a in HAIR)
         + ")",
-        "hatching; construction lines": f"{percent(s.hatching > 0 for s in styles)}; "
-        f"{percent(s.construction > 0 for s in styles)}",
+        "hatching; graphite; construction lines": "; ".join(
+            percent(getattr(s, name) > 0 for s in styles)
+            for name in ("hatching", "graphite", "construction")
+        ),
         "width of a full line, pixels": middle(np.array([s.width for s in styles]), ".1f"),
         "perspective": f"{percent(np.isfinite(far))}, from {middle(far[np.isfinite(far)], '.1f')} "
         "metres; the others orthographic",
