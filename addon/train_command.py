@@ -89,6 +89,8 @@ def train(options: argparse.Namespace) -> None:
     config = Config(**{field.name: getattr(options, field.name) for field in fields(Config)})
     if options.only and not options.start:
         raise InputError("--only and --start belong together: which units, and to what.")
+    if config.agree and config.pool:
+        raise InputError("--agree compares drawings of one batch, which --pool mixes: choose one.")
     for names in (options.only, options.baseline):
         if names is not None:
             chosen(names)  # a slip in a name is told before the drawings are read

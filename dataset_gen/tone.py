@@ -57,6 +57,9 @@ def tilted(tone: Floats, matrix: NDArray) -> Floats:
     # Pillow's pixel k is centred on k + 0.5, as ours.
     coefficients = (back / back[2, 2]).ravel()[:8].tolist()
     picture = Image.fromarray(tone).transform(
-        tone.shape[::-1], Image.Transform.PERSPECTIVE, coefficients, Image.Resampling.BILINEAR
+        (tone.shape[1], tone.shape[0]),
+        Image.Transform.PERSPECTIVE,
+        coefficients,
+        Image.Resampling.BILINEAR,
     )
     return np.asarray(picture)

@@ -347,11 +347,13 @@ def example(
     rng: Generator,
     kind: int | None = None,
     another: Callable[[Generator], tuple[Ink, NDArray]] | None = None,
+    flip: bool | None = None,
 ) -> Example:
     """One training example from drawing (h, w) uint8, 255 = paper, and row `row` of the targets.
 
     kind : NEAR, MID, FAR or NO_FACE; drawn by SHARES if not given.
     another : some other drawing and its landmarks, for pages with several faces
+    flip : whether it is mirrored; by lot if not given
     """
     if kind is None:
         kind = int(rng.choice(4, p=SHARES))
@@ -402,4 +404,5 @@ def example(
         small, kind, active, intensity, angles, points, boxes.astype(np.float32),
         targets.person[row],
     )  # fmt: skip
-    return mirrored(made, names) if rng.random() < 0.5 else made
+    flip = rng.random() < 0.5 if flip is None else flip
+    return mirrored(made, names) if flip else made

@@ -49,6 +49,7 @@ class Config:
     workers: int = 1
     checkpoint_minutes: float = 3.0
     device: str = "auto"  # cpu, cuda, or whichever there is
+    agree: float = 0.0  # how much it counts that two drawings of one face are read alike
     pool: int = 0  # examples that are kept and seen again, changed a little; 0: each is seen once
 
 
@@ -59,6 +60,8 @@ class Batches:
         self.data, self.targets, self.names, self.config = data, targets, names, config
         self.rows = np.asarray(rows)
         self._orders: dict[int, np.ndarray] = {}
+        twins = data.twins() if config.agree else np.full(len(data), -1)
+        self.twins = np.where(np.isin(twins, self.rows), twins, -1)
 
     def order(self, epoch: int) -> np.ndarray:
         """The drawings in the order of an epoch: every one once."""
@@ -77,23 +80,44 @@ class Batches:
         row = int(rng.choice(self.rows))
         return self.data.drawings[row], self.targets.landmarks[row]
 
+    def with_twins(
+        self, rows: NDArray, flips: NDArray, rng: np.random.Generator
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """The rows and as many again, a face's twin or, without one, any other; whether each is
+        mirrored, twins alike; and each one's twin in the batch, or -1."""
+        others = self.twins[rows]
+        alone = others < 0
+        others = np.where(alone, rng.choice(self.rows, len(rows)), others)
+        here = np.arange(len(rows))
+        twin = np.concatenate([here + len(rows), here])
+        twin[np.tile(alone, 2)] = -1
+        return np.concatenate([rows, others]), np.tile(flips, 2), twin
+
     def __getitem__(self, step: int) -> dict[str, np.ndarray]:
-        size, seed = self.config.batch, self.config.seed
+        seed = self.config.seed
+        # With twins, half of a batch are the faces in their order, the others their twins.
+        size = self.config.batch // (2 if self.config.agree else 1)
         epoch, place = divmod(step * size, len(self.rows))
         order = self.order(epoch)[place:]
         while len(order) < size:  # a batch may reach into the next epochs
             epoch += 1
             order = np.concatenate([order, self.order(epoch)])
         rng = np.random.default_rng((seed, 0x5E7, step))
+        rows = order[:size]
+        flips = rng.random(size) < 0.5
+        twin = np.full(size, -1)
+        if self.config.agree:
+            rows, flips, twin = self.with_twins(rows, flips, rng)
         batch = collate(
             [
                 example(
                     self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
-                    another=self.another,
+                    another=self.another, flip=bool(flip),
                 )
-                for i in order[:size]
+                for i, flip in zip(rows, flips, strict=True)
             ]
         )  # fmt: skip
+        batch["twin"] = twin
         if self.config.pool:  # here, where there are many processes, and to send less
             batch["ink"] = np.rint(255 * batch["ink"]).astype(np.uint8)
         return batch

@@ -15,7 +15,9 @@ WHO = 0.5  # how much the person counts
 UNITS = 4.0  # how much the units count among the rest; they are the hardest to learn
 
 
-def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str, Tensor]:
+def loss_parts(
+    outputs, batch: dict[str, Tensor], mid_weight: float, agree: float = 0.0
+) -> dict[str, Tensor]:
     """The terms whose sum is minimised.
 
     A landmark's spread is that of a Laplace distribution around it (Kendall & Gal 2017), and does
@@ -32,6 +34,9 @@ def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str
     spot = F.smooth_l1_loss(points, batch["landmarks"], beta=0.02, reduction="none").mean(
         dim=(1, 2)
     )
+    alike = {}
+    if agree:
+        alike["agree"] = agree * agreement_loss(units, batch["active"], batch["twin"], close.bool())
     off = torch.linalg.vector_norm(points.detach() - batch["landmarks"], dim=2)
     doubt = (off * torch.exp(-spread) + spread).mean(dim=1)
     return {
@@ -42,6 +47,7 @@ def loss_parts(outputs, batch: dict[str, Tensor], mid_weight: float) -> dict[str
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
         "person": WHO * person_loss(person, batch["person"], (kind == NEAR).float()),
+        **alike,
     }
 
 
@@ -80,6 +86,22 @@ def person_loss(person: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
     likelihood = 0.5 * (off * torch.exp(-spread)) ** 2 + spread
     likelihood = likelihood * torch.exp(spread).detach()
     return (likelihood * known).sum() / known.sum().clamp(min=1)
+
+
+def agreement_loss(units: Tensor, truth: Tensor, twin: Tensor, close: Tensor) -> Tensor:
+    """How differently the units of one face are read in two drawings: (b, k, 3), mean over them.
+
+    truth : (b, k), nan where a drawing cannot show a unit;  twin : (b,) the row of the same face's
+    other drawing, or -1;  close : (b,) whether the face is seen from near
+
+    Jeffreys' divergence of the two answers, which does not know which of them is right.
+    """
+    rows = torch.nonzero((twin >= 0) & close & close[twin.clamp(min=0)])[:, 0]
+    answers = F.log_softmax(units[:, :, :2], dim=2)
+    one, other = answers[rows], answers[twin[rows]]
+    apart = ((one.exp() - other.exp()) * (one - other)).sum(dim=2)
+    known = ~torch.isnan(truth[rows]) & ~torch.isnan(truth[twin[rows]])
+    return (apart * known).sum() / known.sum().clamp(min=1)
 
 
 def finder_loss(found: Tensor, boxes: Tensor) -> Tensor:

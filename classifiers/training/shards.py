@@ -68,28 +68,48 @@ class DataSet:
         return spread(function, [self.records[k : k + CHUNK] for k in starts], self.jobs)
 
     @cached_property
-    def _facts(self) -> list[tuple[int, str]]:
+    def _facts(self) -> list[tuple[int, str, tuple[Any, ...]]]:
         facts = [fact for part in self.each(_facts) for fact in part]
-        return [(k if index is None else index, look) for k, (index, look) in enumerate(facts)]
+        return [(k if index is None else index, *r) for k, (index, *r) in enumerate(facts)]
 
     @property
     def index(self) -> NDArray[np.int64]:
         """(n,) the number of each drawing in its data set."""
-        return np.array([index for index, _ in self._facts])
+        return np.array([index for index, *_ in self._facts])
 
     @property
     def looks(self) -> NDArray[np.str_]:
         """(n,) the look of each drawing."""
-        return np.array([look for _, look in self._facts])
+        return np.array([look for _, look, _ in self._facts])
+
+    def twins(self) -> NDArray[np.int64]:
+        """(n,) the number of another drawing of the same face, by another engine, or -1.
+
+        Data sets of one seed and scheme draw the same faces, whatever their engine.
+        """
+        latest: dict[tuple[Any, ...], int] = {}
+        found = np.full(len(self), -1)
+        for k, (*_, face) in enumerate(self._facts):
+            if (other := latest.get(face)) is not None:
+                found[k], found[other] = other, k
+            latest[face] = k
+        return found
 
     def held_out(self) -> NDArray[np.bool_]:
         """(n,) which drawings are for validation: by index, so that growing sets keep theirs."""
         return self.index % HELD_OUT == HELD_OUT - 1
 
 
-def _facts(records: Sequence[dict[str, Any]]) -> list[tuple[int | None, str]]:
-    """The number of each drawing and its look."""
-    return [(r.get("index"), str(r.get("style", {}).get("look"))) for r in records]
+def _facts(records: Sequence[dict[str, Any]]) -> list[tuple[Any, ...]]:
+    """The number of each drawing, its look, and which face it is of."""
+    return [
+        (
+            r.get("index"),
+            str(r.get("style", {}).get("look")),
+            (r.get("seed"), r.get("scheme"), r.get("index")),
+        )
+        for r in records
+    ]
 
 
 def spread(function: Callable[[Any], Any], parts: Sequence[Any], jobs: int) -> list[Any]:

@@ -189,7 +189,7 @@ class Run:
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda"):
             features = self.networks.trunk(batch["ink"])
         answers = self.networks.answers(features.float())  # landmarks need more digits
-        parts = losses.loss_parts(answers, batch, self.config.mid_weight)
+        parts = losses.loss_parts(answers, batch, self.config.mid_weight, self.config.agree)
         self.optimiser.zero_grad(set_to_none=True)
         total = torch.stack(list(parts.values()))
         total.sum().backward()

@@ -84,10 +84,8 @@ def ink(
             if stroke.kind in FILLED and len(stroke.points) > 8:
                 _blot(sheets[sheet[k]], stroke.points, style.tone)
         darkness = sheets[0] if opaque else 1 - np.prod(1 - sheets, axis=0)
-    darkness = grained(darkness, style)
-    if under is not None:
-        darkness = 1 - (1 - darkness) * (1 - under)
-    return on_paper(darkness, style)
+    drawn = grained(darkness, style)
+    return on_paper(drawn if under is None else 1 - (1 - drawn) * (1 - under), style)
 
 
 def _kind(stroke: Stroke, style: Style) -> tuple[float, float]:
