@@ -45,7 +45,6 @@ def calibrate(
         "evidence": LIKELIHOOD_RATIO,
         "least": LEAST,
         "face_temperature": max(face_temperature, 0.5),
-        "person_spreads": person_spreads(readings, targets),
     }
 
 

@@ -27,7 +27,7 @@ from ..detector import DESCRIPTION, FORMAT, Detector, Reading
 from ..runtime import checksum
 from . import shards
 from .augment import Names, artistic_page
-from .calibration import calibrate
+from .calibration import calibrate, person_spreads
 from .common import load_networks, spaced
 from .evaluate import figures, rounded
 from .negatives import faceless
@@ -194,6 +194,7 @@ def export(
         )
         none_logits = np.array([reading.face for reading in none])
         model |= calibrate(saved["aus"], both, both_targets, none_logits[fit])
+        model["person_spreads"] = person_spreads(both, both_targets)
         write_description(beside, model)
         detector = Detector(beside)
         accepted = [detector.interpret(none[i]).face_probability > 0.5 for i in judge]

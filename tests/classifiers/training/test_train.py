@@ -94,9 +94,11 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
         "angles": torch.zeros(1, 3),
         "landmarks": torch.zeros(1, 33, 2),
         "boxes": torch.full((1, 4, 3), float("nan")),
+        "person": torch.full((1, 2), float("nan")),
     }
     units = torch.randn(1, 12, 3)
     rest = torch.zeros(1, 33, 3), torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
+    rest = *rest, torch.zeros(1, 2, 2)
     parts = loss_parts((units, *rest), batch, 0.2)
     assert float(parts["units"]) == 0 and float(parts["angles"]) == 0
     batch["active"][0, 4] = 1
@@ -130,8 +132,9 @@ def test_a_landmarks_spread_is_the_error_to_expect(loaded):
         "kind": torch.tensor([NEAR]), "active": torch.full((1, 1), float("nan")),
         "intensity": torch.zeros(1, 1), "angles": torch.zeros(1, 3),
         "landmarks": torch.tensor([[[0.03, 0.04]]]), "boxes": torch.full((1, 4, 3), float("nan")),
+        "person": torch.full((1, 2), float("nan")),
     }  # fmt: skip
-    rest = torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
+    rest = torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4), torch.zeros(1, 2, 2)
 
     def doubt(spread):
         places = torch.cat([points[:, :, :2], torch.full((1, 1, 1), spread)], dim=2)
