@@ -1,7 +1,7 @@
 """The pictures of the face as an artist renders it: `python docs/renders.py [NAME ...]`.
 
-Cycles, 1,280 pixels high, one lamp from the side, one that fills and one from behind. Needs Blender
-as a module; a picture takes about a minute on two cores.
+Cycles, 1,280 pixels high, one lamp from the side that the face turns to, one that fills and one
+from behind. Needs Blender as a module; a picture takes about a minute on two cores.
 """
 
 from __future__ import annotations
@@ -61,8 +61,11 @@ PORTRAITS = {
 }  # fmt: skip
 
 
-def stage(scale: float) -> bpy.types.Object:
-    """An empty scene with a wall, three lamps and a camera; returns the camera."""
+def stage(side: float) -> bpy.types.Object:
+    """An empty scene with a wall, lamps and a camera; returns the camera.
+
+    side : 1 for a key lamp from the face's right, which is the picture's left, -1 from its left
+    """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -88,19 +91,20 @@ def stage(scale: float) -> bpy.types.Object:
     shader.inputs["Base Color"].default_value = (0.20, 0.215, 0.23, 1.0)
     shader.inputs["Roughness"].default_value = 0.9
     wall.materials.append(paint)
-    # Place, watts, size, colour: key from the face's right, fill from its left, rim from behind.
-    for name, place, power, size, colour in (
+    # Place, watts, size, colour: the fill from where the key is not, the rim from behind.
+    for name, (x, y, z), power, size, colour in (
         ("Key", (-0.75, -0.95, 0.75), 17.0, 0.55, (1.0, 0.95, 0.88)),
         ("Fill", (1.1, -0.9, 0.05), 4.0, 0.9, (0.88, 0.94, 1.0)),
         ("Rim", (0.75, 0.75, 0.65), 14.0, 0.4, (1.0, 0.98, 0.95)),
         ("Wall", (0.0, 0.35, -0.9), 6.0, 0.6, (1.0, 1.0, 1.0)),
     ):
         lamp = bpy.data.lights.new(name, "AREA")
-        lamp.energy, lamp.size, lamp.color = power * scale, size, colour
+        lamp.energy, lamp.size, lamp.color = power, size, colour
         thing = bpy.data.objects.new(name, lamp)
+        place = Vector((side * x, y, z))
         thing.location = place
         goal = Vector((0.0, 1.1, -0.2)) if name == "Wall" else Vector((0.0, -0.04, 0.03))
-        thing.rotation_euler = (goal - Vector(place)).to_track_quat("-Z", "Y").to_euler()
+        thing.rotation_euler = (goal - place).to_track_quat("-Z", "Y").to_euler()
         scene.collection.objects.link(thing)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.lens, camera.data.sensor_width = 85.0, 24.0
@@ -112,19 +116,20 @@ def stage(scale: float) -> bpy.types.Object:
 
 def render(portrait: Portrait, path: Path) -> None:
     """Render a portrait to a picture."""
-    camera = stage(1.0)
+    camera = stage(-1.0 if portrait.yaw > 0 else 1.0)
     rig = load_rig()
     face = build_face("Face", rig, FaceParameters(portrait.aus, portrait.who, gaze=tuple(
         np.radians(portrait.gaze))))  # fmt: skip
     armature = face.parent
     armature.rotation_euler = (np.radians(portrait.pitch), 0.0, np.radians(portrait.yaw))
-    points = rig.pose(FaceParameters(portrait.aus, portrait.who))
-    low, high = points[:, 1].min(), points[:, 1].max()
-    tall = float(high - low)
-    # Heads are framed alike: the middle in the middle, 86 % of the picture high.
-    away = 85.0 / 24.0 * WIDTH / HEIGHT * tall / 0.86
-    middle = armature.rotation_euler.to_matrix() @ Vector((0.0, 0.012, float(low + high) / 2))
-    camera.location = (middle.x * 0.9, -away, middle.z)
+    bpy.context.view_layer.update()
+    points = rig.pose(FaceParameters(portrait.aus, portrait.who))[:, [0, 2, 1]] * (1, -1, 1)
+    turned = points @ np.array(armature.rotation_euler.to_matrix()).T
+    (left, _, low), (right, _, high) = turned.min(axis=0), turned.max(axis=0)
+    # Heads are framed alike: the middle in the middle, 86 % of the picture high or wide.
+    size = max(high - low, (right - left) * HEIGHT / WIDTH)
+    away = 85.0 / 24.0 * WIDTH / HEIGHT * size / 0.86
+    camera.location = ((left + right) / 2, -away, (low + high) / 2)
     camera.rotation_euler = (np.pi / 2, 0.0, 0.0)
     bpy.context.view_layer.update()
     with tempfile.TemporaryDirectory() as folder:

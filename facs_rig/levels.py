@@ -60,9 +60,9 @@ def at_vertices(rig: FaceRig, at: NDArray, polygons: NDArray, starts: NDArray) -
     number = np.full(rig.n_vertices, -1, dtype=np.int32)
     number[at] = np.arange(len(at))
     new = copy.copy(rig)
-    cached = {name for name, value in vars(type(rig)).items() if isinstance(value, cached_property)}
-    for name in cached & set(vars(new)):
-        delattr(new, name)
+    for name in list(vars(new)):
+        if isinstance(getattr(type(rig), name, None), cached_property):
+            delattr(new, name)
     forget(new)
     skin_at = rig.motions.skin_at
     kept = np.isin(skin_at, at)
@@ -72,8 +72,7 @@ def at_vertices(rig: FaceRig, at: NDArray, polygons: NDArray, starts: NDArray) -
     new.triangles = triangulate(new.polygon_vertices, new.polygon_starts)
     new.vertex_part = rig.vertex_part[at]
     new.mirror, new.curves, new.strokes = np.arange(len(at), dtype=np.int32), {}, {}
-    new.under = {}
-    new.place(rig.weights[at])
+    new.under, new.weights = {}, rig.weights[at]
     return new
 
 

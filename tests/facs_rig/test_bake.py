@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from facs_rig.baking import makehuman
-from facs_rig.baking.head import NOISE, bake
+from facs_rig.baking.head import bake
+from facs_rig.baking.mesh import NOISE
 from facs_rig.common.ties import SAME, ascending, first_least, first_most, nearest
 from facs_rig.rig import ASSET
 
