@@ -154,7 +154,7 @@ REST_AGE = 0.3  # from which age on: 45 years
 
 def _rest(name: str, side: str, known: Mapping[str, float]) -> float:
     """How deep a fold is at rest: 1 in a very old face."""
-    old = np.clip((known.get("age", 0.0) - REST_AGE) / (1 - REST_AGE), 0, 1)
+    old = min(max((known.get("age", 0.0) - REST_AGE) / (1 - REST_AGE), 0.0), 1.0)
     old *= known.get("age_shows", 1.0) * (1 + known.get("wrinkles", 0.0))
     if old == 0:
         return 0.0

@@ -228,6 +228,7 @@ IDENTITY_KEYS = (*CAGE_KEYS, *DETAILS)
 CAGE_TARGETS = len(CAGE_KEYS)
 STYLES = slice(CAGE_TARGETS - len(STYLED), CAGE_TARGETS)
 ENDS = slice(STYLES.start - 2 * len(FEATURES), STYLES.start)
+_DEFAULTS = {f.name: f.default for f in IDENTITY}
 
 
 def crease_gain(identity: Mapping[str, float]) -> float:
@@ -237,7 +238,7 @@ def crease_gain(identity: Mapping[str, float]) -> float:
 
 def check_identity(identity: Mapping[str, float]) -> dict[str, float]:
     """All identity parameters by name, defaults filled in; InputError for what cannot be."""
-    known = {f.name: f.default for f in IDENTITY}
+    known = dict(_DEFAULTS)
     for name, value in identity.items():
         if name not in known:
             hint = nearest(str(name), tuple(known)) or "; `sketch2face rig --list` shows them all"

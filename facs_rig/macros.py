@@ -19,6 +19,7 @@ WEIGHTS = ("min", "average", "max")
 CHILD, ADULT, OLD = 6.0, 25.0, 90.0  # years at -1, 0 and 1
 STAGES = (60, 75, 90)  # years at which signs of age are sculpted; they begin at BEGINS
 BEGINS = 42.0
+_REACHED = np.arange(len(STAGES) + 1.0)
 # What may be higher, or farther aside, on one side of the face: `asym_...`.
 SIDES = ("brows", "eyes", "cheeks", "nose", "nostrils", "mouth", "lips", "jaw", "ears")
 MUSCLES = ("female-muscle", "male-muscle", "male-slight")
@@ -47,9 +48,8 @@ def childhood(age: float) -> float:
 
 def aged(age: float) -> NDArray[np.float64]:
     """(3,) weights of the faces sculpted at STAGES: one of them, or two in between."""
-    known = np.vstack([np.zeros(len(STAGES)), np.eye(len(STAGES))])
-    at = (BEGINS, *STAGES)
-    return np.array([np.interp(years(age), at, column) for column in known.T])
+    reached = np.interp(years(age), (BEGINS, *STAGES), _REACHED)
+    return np.maximum(1 - np.abs(reached - _REACHED[1:]), 0.0)
 
 
 def macro_targets() -> tuple[str, ...]:

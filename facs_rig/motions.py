@@ -23,6 +23,7 @@ from .variants import variant_weights
 LEAST_GROWN = 0.2
 _HEAD_AND_EYES = (-5, -3, -2)  # rows of these joints behind the cage's vertices
 MIDDLE = 0.0155  # metres from the middle, within which a vertex belongs to both eyes
+TURNED = 2048  # rows of a tall array that are turned into columns at once
 _OF_EYES = np.array([f.name.startswith("eye_") for f in STYLED])
 _DEFAULT = target_weights({})[:CAGE_TARGETS].astype(np.float32)
 
@@ -218,4 +219,8 @@ def _sum(weights: NDArray, rows: NDArray) -> NDArray[np.float32]:
 def _sparse_sum(weights: NDArray, rows: sp.csr_matrix) -> NDArray[np.float32]:
     """weights (b, r) times sparse rows (r, k)."""
     used = np.flatnonzero(weights.any(axis=0))
-    return np.ascontiguousarray((rows[used].T @ weights[:, used].T).T, dtype=np.float32)
+    found = rows[used].T @ weights[:, used].T
+    out = np.empty(found.shape[::-1], dtype=np.float32)
+    for start in range(0, len(found), TURNED):  # all at once it would read across the cache
+        out[:, start : start + TURNED] = found[start : start + TURNED].T
+    return out

@@ -150,12 +150,11 @@ class FaceRig(UprightFace):
         """(b, n, 3) many posed faces."""
         out = np.empty((len(batch), self.n_vertices, 3), dtype=np.float32)
         for start in range(0, len(batch), AT_ONCE):
-            some = batch[start : start + AT_ONCE]
-            out[start : start + len(some)] = self._posed(some)
+            self._pose(batch[start : start + AT_ONCE], out[start : start + AT_ONCE])
         return out
 
-    def _posed(self, batch: Sequence[FaceParameters]) -> NDArray[np.float32]:
-        """(b, n, 3) some posed faces, at least one."""
+    def _pose(self, batch: Sequence[FaceParameters], out: NDArray[np.float32]) -> None:
+        """Some posed faces, at least one, into `out` (b, n, 3)."""
         who = self.motions.who([p.identity for p in batch])
         moves, skin = self.motions.person(who)
         made, folds = self.motions.expression(who, self._key_values(batch, who.targets))
@@ -165,7 +164,8 @@ class FaceRig(UprightFace):
         creases = self._skin_or_still(both(skin, folds), len(batch))
         fine = self._blocks if len(batch) > 1 else [self._fine]
         if not any(any((*p.head, *p.neck, *p.gaze)) for p in batch):
-            return refine_many(fine, cages, creases)
+            refine_many(fine, cages, creases, out=out)
+            return
 
         head, neck, gaze = (
             np.stack([rotation(angles) for angles in part]).astype(np.float32)
@@ -173,7 +173,7 @@ class FaceRig(UprightFace):
         )
         still = np.zeros_like(joints[:, 0])  # the head turns about the origin, then the neck
         whole, shift = neck @ head, joints[:, 1:2] - turned(joints[:, 1:2], neck)
-        out = refine_many(fine, turned(cages, whole) + shift, turned(creases, whole))
+        refine_many(fine, turned(cages, whole) + shift, turned(creases, whole), out=out)
         for eye, at in self._eyes.items():
             ball = refine_many([self._eye_rows[eye]], cages)
             ball = turned(ball, gaze, joints[:, JOINTS.index(eye)])
@@ -181,7 +181,6 @@ class FaceRig(UprightFace):
         follow = self.weights[self._blended]
         skin = blended(refine_many([self._blended_rows], cages), follow[:, 0], head, still)
         out[:, self._blended] = blended(skin, follow[:, 1], neck, joints[:, 1])
-        return out
 
 
 @lru_cache(maxsize=1)
