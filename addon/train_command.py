@@ -49,6 +49,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "checkpoint that the rest is taken from",
     )
     parser.add_argument(
+        "--blend",
+        type=float,
+        default=1.0,
+        metavar="SHARE",
+        help="export what lies between --start (0) and what was learnt (1): less is forgotten",
+    )
+    parser.add_argument(
         "--read",
         type=int,
         default=4000,
@@ -89,6 +96,8 @@ def train(options: argparse.Namespace) -> None:
     config = Config(**{field.name: getattr(options, field.name) for field in fields(Config)})
     if options.only and not options.start:
         raise InputError("--only and --start belong together: which units, and to what.")
+    if not 0 <= options.blend <= 1 or (options.blend < 1 and not options.start):
+        raise InputError("--blend is a share from 0 to 1, of what was learnt since --start.")
     if config.agree and config.pool:
         raise InputError("--agree compares drawings of one batch, which --pool mixes: choose one.")
     for names in (options.only, options.baseline):
@@ -119,7 +128,8 @@ def train(options: argparse.Namespace) -> None:
         from classifiers.training.export import export
 
         weights = options.weights or options.out / "weights"
-        export(checkpoint, data, weights, log.info, options.read)
+        start = None if options.only else options.start
+        export(checkpoint, data, weights, log.info, options.read, start, options.blend)
 
 
 def chosen(names: str) -> tuple[str, ...]:

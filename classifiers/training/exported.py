@@ -54,6 +54,30 @@ def load_exported(networks: Networks, folder: Path) -> None:
         networks.load_state_dict(rest, strict=False)
 
 
+def blend(networks: Networks, folder: Path, share: float) -> None:
+    """Put networks that were trained on from those of a folder between the two, in place.
+
+    share : of what was learnt, 1 all of it and 0 the networks of the folder. Weights between a
+    network and what it became on other data keep more of the first than a shorter training does,
+    and lose little of the second (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models",
+    CVPR). What the folder's networks do not have stays as it was learnt.
+    """
+    before = Networks(
+        networks.aus, networks.landmark_names, networks.size, networks.person_names
+    )  # fmt: skip
+    load_exported(before, folder)
+    earlier, new = before.state_dict(), networks.state_dict()
+    told = tells_persons(folder)
+    for name, value in new.items():
+        if value.is_floating_point() and (told or not name.startswith("person.")):
+            value.mul_(share).add_(earlier[name], alpha=1 - share)
+
+
+def tells_persons(folder: Path) -> bool:
+    """Whether the networks of a folder tell who is drawn."""
+    return "person" in read_description(folder)
+
+
 def _take_apart(layer: Convolution, weight: Tensor, bias: Tensor) -> None:
     """A convolution with its normalisation folded in, as the two."""
     length = weight.flatten(1).norm(dim=1).clamp(min=1e-6)

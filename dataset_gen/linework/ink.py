@@ -85,7 +85,9 @@ def ink(
                 _blot(sheets[sheet[k]], stroke.points, style.tone)
         darkness = sheets[0] if opaque else 1 - np.prod(1 - sheets, axis=0)
     drawn = grained(darkness, style)
-    return on_paper(drawn if under is None else 1 - (1 - drawn) * (1 - under), style)
+    if under is not None:
+        drawn = drawn + under * (1 - drawn)
+    return on_paper(drawn, style)
 
 
 def _kind(stroke: Stroke, style: Style) -> tuple[float, float]:

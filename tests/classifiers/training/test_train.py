@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import shutil
 from argparse import Namespace
 from dataclasses import astuple
 
@@ -32,7 +34,8 @@ from classifiers.training.common import (  # noqa: E402
     rate_at,
     validation_batch,
 )
-from classifiers.training.exported import load_exported  # noqa: E402
+from classifiers.training.export import write_description  # noqa: E402
+from classifiers.training.exported import blend, load_exported  # noqa: E402
 from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.training.targets import encode, encode_all  # noqa: E402
@@ -242,6 +245,42 @@ def test_an_interrupted_run_goes_on_and_ends_where_an_unbroken_one_does(loaded, 
         assert torch.allclose(unbroken[name], resumed[name], atol=1e-5), name
     with pytest.raises(ValueError, match="other controls"):
         train.train(data, TWELVE[:-1], tmp_path / "b", config)
+
+
+def test_networks_between_the_old_and_what_they_became(fresh_weights):
+    """Of what was learnt a share: at 0 the old networks, at 1 the new, in between their mean."""
+    old = Networks(TWELVE, LANDMARKS, 64).eval()
+    load_exported(old, fresh_weights)
+    new = Networks(TWELVE, LANDMARKS, 64).eval()
+    load_exported(new, fresh_weights)
+    with torch.no_grad():
+        for parameter in new.parameters():
+            parameter.add_(0.05 * torch.randn_like(parameter))
+    ink = torch.rand(2, 1, 64, 64)
+    for share in (0.0, 0.5, 1.0):
+        mixed = copy.deepcopy(new)
+        blend(mixed, fresh_weights, share)
+        for (name, m), a, b in zip(
+            mixed.named_parameters(), old.parameters(), new.parameters(), strict=True
+        ):
+            torch.testing.assert_close(m, (1 - share) * a + share * b, msg=name)
+        if share in (0, 1):
+            with torch.no_grad():
+                for one, other in zip(mixed(ink), (old, new)[int(share)](ink), strict=True):
+                    torch.testing.assert_close(one, other)
+
+
+def test_who_is_drawn_is_learnt_anew_where_the_old_networks_did_not_tell(fresh_weights, tmp_path):
+    older = tmp_path / "older"
+    shutil.copytree(fresh_weights, older)
+    model = json.loads((older / "model.json").read_text())
+    del model["person"], model["checksum"]
+    write_description(older, model)
+    new = Networks(TWELVE, LANDMARKS, 64)
+    person = {k: v.clone() for k, v in new.state_dict().items() if k.startswith("person.")}
+    blend(new, older, 0.0)
+    for name, value in person.items():
+        torch.testing.assert_close(new.state_dict()[name], value)
 
 
 def test_a_training_goes_on_from_exported_networks(fresh_weights):
