@@ -46,6 +46,11 @@ ROWS = [("broad", "smile"), ("crooked", "smile"), ("heavy", "blink"), ("deep", "
         ("twice", "smile_creases")]  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def rig():
+    return with_variants(ROWS)
+
+
 @pytest.fixture
 def kinds(monkeypatch):
     """What of ROWS the person of FACE has; nobody else has any."""
@@ -54,8 +59,7 @@ def kinds(monkeypatch):
     return kinds
 
 
-def test_a_persons_keys_are_the_mean_ones_and_what_is_his_of_their_variants(kinds):
-    rig = with_variants(ROWS)
+def test_a_persons_keys_are_the_mean_ones_and_what_is_his_of_their_variants(kinds, rig):
     own, mean = rig.key_deltas_of(FACE.identity), rig.key_deltas
     names = [key.name for key in rig.keys]
     cage = rig.motions.cage_variants.toarray().reshape(3, -1, 3)[:, : rig._m]
@@ -71,8 +75,7 @@ def test_a_persons_keys_are_the_mean_ones_and_what_is_his_of_their_variants(kind
     assert rig.key_deltas_of({"gender": 0.8}) is mean
 
 
-def test_every_way_to_pose_uses_the_persons_own_keys(kinds):
-    rig = with_variants(ROWS)
+def test_every_way_to_pose_uses_the_persons_own_keys(kinds, rig):
     wanted = rig.neutral(FACE.identity) + np.tensordot(
         rig.key_values(FACE), rig.key_deltas_of(FACE.identity), axes=1
     )
@@ -98,8 +101,7 @@ def test_every_way_to_pose_uses_the_persons_own_keys(kinds):
     )
 
 
-def test_points_of_the_surface_move_by_the_persons_own_keys(kinds):
-    rig = with_variants(ROWS)
+def test_points_of_the_surface_move_by_the_persons_own_keys(kinds, rig):
     at = np.arange(0, rig.n_vertices, 500)
     points = surface_points(rig, at[:, None], np.ones((len(at), 1)), FACE.identity)
     np.testing.assert_allclose(points.keys, rig.key_deltas_of(FACE.identity)[:, at], atol=1e-6)

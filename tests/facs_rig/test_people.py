@@ -14,7 +14,6 @@ from facs_rig import (
     FaceParameters,
     expressions,
     landmark_points,
-    load_rig,
     rasterise,
 )
 from facs_rig.baking.strands import closest_on_skin
@@ -26,11 +25,6 @@ MM = 1e-3
 SEXES = {"woman": 0.0, "man": 1.0}
 LATER = (25, 45, 60, 75, 90)
 CUT = -0.06  # metres: the neck's cut lies lower
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return load_rig()
 
 
 def measures(rig, identity) -> dict[str, float]:
@@ -180,10 +174,9 @@ WORN = {
 
 
 @pytest.mark.parametrize("kind", WORN)
-def test_combinations_stay_sane_on_everybody(sanity, rig, kind):
+def test_combinations_stay_sane_on_everybody(sanity, rig, surface, kind):
     """Folded triangles of 55,000 that are seen; lids and balls where bpy is there to measure."""
     who, mean, most = WORN[kind]
-    surface = sanity.Surface(rig)
     folded, collapsed = [], []
     for k in range(0, 60, 2):
         rng = np.random.default_rng([4, k])
