@@ -34,7 +34,7 @@ APPLE_SIZE = np.array((0.0155, 0.0145, 0.0220))
 APPLE_OUT, APPLE_UP = 0.0085, 0.0030
 # How far an open smile lifts the upper lip's edge, metres; from where to where along the lip that
 # fades, and the heights above the seam at which it is whole and at which it is gone.
-LIFT, LIFT_BACK = 0.0096, 0.0012
+LIFT, LIFT_BACK = 0.0084, 0.0012
 LIFT_ALONG, LIFT_UP = (0.008, 0.0225), (0.003, 0.0185)
 OPENED = 3.0  # intensity of jaw_open at which a smile is an open one
 
@@ -114,8 +114,8 @@ def open_smile(
     x, above = np.abs(cage[:, 0]), cage[:, 1] - seam_height(cage[:, 0])
     along = ease((x - LIFT_ALONG[0]) / (LIFT_ALONG[1] - LIFT_ALONG[0]))
     up = ease((above - LIFT_UP[0]) / (LIFT_UP[1] - LIFT_UP[0]))
-    lip = source.is_part("skin") & (above > -0.0008) & (cage[:, 2] > 0.075)
-    share = (along * up * lip)[:, None] * masks["upper"]
+    lip = source.is_part("skin") & (masks["upper"][:, 0] > 0.5) & (cage[:, 2] > 0.075)
+    share = (along * up * lip)[:, None]
     lift = share * np.array([0.0, LIFT, -LIFT_BACK])
     keys = [
         Key(f"smile_open_{side}",

@@ -31,7 +31,14 @@ from .eyes import EYE_JOINTS, eye_balls, fit_lids, lid_fields, lids_of_arkit, li
 from .layers import drawing_layers
 from .levels import level_arrays
 from .lids import keep_round
-from .lips import PRESSED_SEALED, SEALED, close, measure_mouth, seal_controls, seal_identities
+from .lips import (
+    PRESSED,
+    PRESSED_SEALED,
+    SEALED,
+    measure_mouth,
+    seal_controls,
+    seal_identities,
+)
 from .makehuman import JOINTS, read_source
 from .mesh import (
     detailed_cage,
@@ -81,8 +88,8 @@ def bake(data: Path) -> dict[str, NDArray]:
     mesh, coarse, hairs = with_parts(source, people.plain, mesh, frames)
     mouth = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin)
     closed = measure_mouth(source, people.plain, mesh.matrix, mesh.triangles, mesh.skin, SEALED)
-    seal_identities(people, mouth)
-    close(people, closed, PRESSED_SEALED)
+    seal_identities(people, mouth, PRESSED)
+    seal_identities(people, closed, PRESSED_SEALED)
     follow_people(source, people, frames)
 
     controls = read_controls(source, mouth)

@@ -7,6 +7,7 @@ measured at several places along the mouth; what the sum takes too far, a key pu
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,22 +21,29 @@ from ..mesh import vertex_normals
 from .makehuman import JOINTS, Source
 from .people import WHOLE_FACES, People
 
-ZONES = (-0.0235, -0.017, -0.009, 0.0, 0.009, 0.017, 0.0235)  # metres from the middle
-# Where closed lips are laid on each other once more: near the corner, where the seam is slanted and
-# a gap would show teeth. Beyond these places the push ends at once, in metres.
-_NEAR_CORNER = (0.0187, 0.0197, 0.0206, 0.0213)
-SEALED = (*(-x for x in _NEAR_CORNER[::-1]), *ZONES[1:-1], *_NEAR_CORNER)
+# Where the lips meet: metres from the middle, metres from the head's joint.
+SEAM = ((0.0, -0.0281), (0.015, -0.0281), (0.0226, -0.0292))
+# Metres above and below the seam within which upper turns into lower: to CORNER from the middle,
+# how much more for every metre beyond, where the lips become one, and at most.
+RAMP, CORNER, WIDER, WIDEST = 0.001, 0.0195, 0.33, 0.004
+DEEPEST = 0.0766  # metres before the head's joint from where on lips are looked at, in the middle
+# Places along the mouth, and how far to each side of each its lips are looked for: metres.
+HALF = 0.0013
+ZONES = dict.fromkeys((-0.0235, -0.017, -0.009, 0.0, 0.009, 0.017, 0.0235), HALF)
+# Where closed lips are laid on each other once more: more closely toward the corner, where the seam
+# is slanted and a gap would show teeth. Beyond these places the push ends at once, in metres.
+_LEFT = {0.009: HALF, 0.013: 0.0007, 0.017: 0.0007, 0.0187: 0.0005, 0.0197: 0.0005,
+         0.0206: 0.0005, 0.0213: 0.0005}  # fmt: skip
+SEALED = {**{-x: half for x, half in reversed(_LEFT.items())}, 0.0: HALF, **_LEFT}
 BEYOND, BEYOND_SEALED = 0.015, 0.0014
 OVERLAP = 0.005  # metres that a contact key at value 1 parts the lips by
 REACH = 0.020  # metres above and below the seam over which the push fades
-HALF, HALF_NEAR = 0.0013, 0.0005  # metres to each side of a zone where its lips are looked for
-SLACK = 0.0002  # metres that lips may press into each other before they are parted
 # Metres that lips at rest press into each other, so that no gap shows; SEALED, more.
-PRESSED, PRESSED_SEALED = 0.0004, 0.0007
+PRESSED, PRESSED_SEALED = 0.0004, 0.0006
 # Controls that part the lips; all others leave a closed mouth closed.
 PARTING = ("sneer", "lower_lip_depress", "lip_loosen", "jaw_", "wince")
 # Lips that roll in pass behind each other's edge, unseen: only a part of that is an overlap.
-ROLLING = {"lip_tighten": 0.3, "lip_lock": 0.5}
+ROLLING = {"lip_tighten": 0.34, "lip_lock": 0.55}
 LEAST_CLOSING = 0.00025  # metres at intensity 5: a control that does less does not count
 
 
@@ -58,7 +66,7 @@ class Mouth:
 
     def gaps(self, cage: NDArray) -> NDArray[np.float64]:
         """(zones,) metres between the lips of a cage (m, 3), negative where they overlap."""
-        y = (self.matrix @ cage)[:, 1]
+        y = self.matrix @ cage[:, 1]
         return np.array([y[upper].min() - y[lower].max() for upper, lower in self.zones])
 
     def closing(self, moves: NDArray) -> NDArray[np.float64]:
@@ -73,50 +81,49 @@ def measure_mouth(
     matrix: sp.csr_matrix,
     triangles: NDArray,
     skin: NDArray,
-    places: tuple[float, ...] = ZONES,
+    places: Mapping[float, float] = ZONES,
 ) -> Mouth:
     """The mouth of the plain face (M, 3); skin : (n,) which fine vertices are skin; places :
-    metres from the middle at which the lips are looked at."""
+    metres from the middle at which the lips are looked at -> metres to each side."""
     cage = plain[: source.size] - plain[source.size + JOINTS.index("head")]
     fine = matrix @ cage
     normals = vertex_normals(fine, triangles)
-    seam = cage[lip_line(cage)]
-    masks = side_masks(cage, seam[1])
+    masks = side_masks(cage)
     x, y, z = fine.T
-    near = skin & (np.abs(y - seam[1]) < 0.006) & (z > seam[2] - 0.008 - 25 * x**2)
+    near = skin & (np.abs(y - seam_height(x)) < 0.006) & (z > DEEPEST - 25 * x**2)
     zones, markers = [], []
-    for zone in places:
-        half = HALF_NEAR if places is SEALED and abs(zone) in _NEAR_CORNER else HALF
+    for zone, half in places.items():
         here = near & (np.abs(x - zone) < half)
         upper, lower = (np.flatnonzero(here & (sign * normals[:, 1] > 0.3)) for sign in (-1, 1))
         zones.append((upper, lower))
         markers.append((upper[first_least(y[upper])], lower[first_most(y[lower])]))
-    apart = lip_deltas(cage, masks["upper"][:, 0], source.is_part("skin"), seam[1], places)
+    apart = lip_deltas(cage, masks["upper"][:, 0], source.is_part("skin"), places)
     return Mouth(matrix, zones, apart, masks, np.array(markers))
 
 
-def side_masks(cage: NDArray, seam_y: float) -> dict[str, NDArray]:
+def seam_height(x: NDArray) -> NDArray[np.float64]:
+    """Metres from the head's joint at which the lips meet at x metres from the middle."""
+    return np.asarray(np.interp(np.abs(x), *np.array(SEAM).T))
+
+
+def side_masks(cage: NDArray) -> dict[str, NDArray]:
     """Weights (m, 1) that cut a blendshape in left and right, or upper and lower lip.
 
-    The cut is a linear ramp, 1 cm to each side of the middle, 1 mm around the line of the lips;
-    opposite masks add up to one.
+    The cut is a linear ramp, 1 cm to each side of the middle, 1 mm around the line of the lips and
+    wider at their corners, where a sharp cut would fold the skin; opposite masks add up to one.
     """
-    left = np.clip(0.5 + cage[:, 0] / 0.02, 0, 1)
-    upper = np.clip(0.5 + (cage[:, 1] - seam_y) / 0.002, 0, 1)
+    x, above = cage[:, 0], cage[:, 1] - seam_height(cage[:, 0])
+    ramp = np.clip(RAMP + WIDER * (np.abs(x) - CORNER), RAMP, WIDEST)
+    left = np.clip(0.5 + x / 0.02, 0, 1)
+    upper = np.clip(0.5 + above / ramp / 2, 0, 1)
     masks = {"left": left, "right": 1 - left, "upper": upper, "lower": 1 - upper}
     return {name: mask[:, None] for name, mask in masks.items()}
 
 
-def lip_line(cage: NDArray) -> int:
-    """Index of the cage vertex where the lips meet in the middle, seen from the front."""
-    middle = np.flatnonzero((np.abs(cage[:, 0]) < 1e-4) & (cage[:, 2] > 0.08))
-    middle = middle[(cage[middle, 1] > -0.055) & (cage[middle, 1] < -0.005)]
-    return int(middle[first_least(np.abs(cage[middle, 1] + 0.028))])
-
-
-def seal_identities(people: People, mouth: Mouth) -> None:
-    """Close the lips of every identity at rest, in place; features leave them as they are."""
-    close(people, mouth, PRESSED)
+def seal_identities(people: People, mouth: Mouth, pressed: float) -> None:
+    """Close the lips of every identity at rest, in place, until they press into each other by so
+    many metres; features leave them as they are."""
+    close(people, mouth, pressed)
     m = mouth.matrix.shape[1]
     plain = people.plain[:m]
     rest = mouth.gaps(plain)
@@ -180,22 +187,22 @@ def lip_keys(controls: NDArray, mouth: Mouth) -> list[Key]:
             for control, value in zip(CONTROLS, closings[:, zone], strict=True)
             if value
         ]
-        keys.append(Key(f"lips_apart_{zone + 1}", f"max({''.join(terms)}-{SLACK / OVERLAP:.3g},0)"))
+        keys.append(Key(f"lips_apart_{zone + 1}", f"max({''.join(terms)},0)"))
     return keys
 
 
 def lip_deltas(
-    cage: NDArray, is_upper: NDArray, movable: NDArray, seam_y: float, places: tuple[float, ...]
+    cage: NDArray, is_upper: NDArray, movable: NDArray, places: Mapping[float, float]
 ) -> NDArray:
     """(zones, m, 3) displacements of `lip_keys` on the cage (m, 3).
 
     is_upper : (m,) 1 above the seam, 0 below;  movable : (m,) bool, the skin
     """
-    x, away = cage[:, 0], np.abs(cage[:, 1] - seam_y)
+    x, away = cage[:, 0], np.abs(cage[:, 1] - seam_height(cage[:, 0]))
     t = np.clip(away / REACH, 0, 1)
     fade = (1 - t * t * (3 - 2 * t)) * movable * (cage[:, 2] > 0.06)
     out = np.zeros((len(places), len(cage), 3))
-    zones = np.array(places)
+    zones = np.array(list(places))
     hats = np.stack([np.interp(x, zones, np.eye(len(zones))[k]) for k in range(len(zones))])
     last = BEYOND_SEALED if places is SEALED else BEYOND
     beyond = np.clip(1 - (np.abs(x) - zones[-1]) / last, 0, 1)

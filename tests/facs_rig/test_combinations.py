@@ -77,35 +77,22 @@ def depths(surface, vertices, rest):
     return np.array([lips / MM, lids / MM, balls / MM, surface.swallowed(vertices) / MM**2])
 
 
-# Measured: none at 2.5; grimace 3 at 5 (5 with its left side); 118 in all and 21 at most at 10;
-# ten at once 2.4 in the mean and 31 at most, in own ways 2.6 and 25; of random people 5.0 and 64,
-# at corners of the mouth.
-# The bars are those of the mouth before it had single teeth and a jaw that turns. Where the one of
-# today misses them, that is expected; that it misses them by more than this is not.
-MISSED = {
-    "folded": {"alone at 5": (0.33, 8), "alone at 10": (0.0, 30)},
-    "collapsed": {"ten": (5, 3)},
-    "lips": {"alone at 2.5": (0.14, 0.0), "alone at 5": (0.24, 0.0), "ten": (0.76, 0.0),
-             "ten, own ways": (0.74, 0.0), "ten, anyone": (0.57, 0.0)},
-    "swallowed": {"alone at 2.5": (12.4, 0.0), "ten": (65.0, 0.0), "ten, own ways": (63.0, 0.0),
-                  "ten, anyone": (65.0, 0.0)},
-}  # fmt: skip
-
-
+# Measured: none at 2.5; 2 at 5, of pucker; 77 in all and 23 at most at 10, of smile; ten at once
+# 0.35 in the mean and 5 at most, in own ways 0.6 and 16; of random people 1.1 and 11.
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
     [("alone at 2.5", 0, 0), ("alone at 5", 0.2, 4), ("alone at 10", 3.6, 27),
      ("ten", 3.2, 39), ("ten, own ways", 3.2, 39), ("ten, anyone", 6.0, 77)],
 )  # fmt: skip
-def test_skin_does_not_fold_over(sanity, measured, group, mean, most):
+def test_skin_does_not_fold_over(measured, group, mean, most):
     """Triangles, of 55,000 seen ones."""
     folded = measured[group][:, 0]
-    missed = MISSED["folded"].get(group, (0, 0))
-    sanity.held((folded.mean(), folded.max()), (mean, most), missed)
+    assert folded.mean() <= mean
+    assert folded.max() <= most
 
 
-# Measured: none up to 5; 10 at 10, at most 4; ten at once 1; in own ways 12, 7 of them in one face
-# that winces and squints at once; of random people 5, at most 2.
+# Measured: none up to 5; 6 at 10, at most 4; ten at once 3, all in one face, under an eye; in own
+# ways none; of random people 2.
 @pytest.mark.parametrize(
     ("group", "total", "most"),
     [("alone at 2.5", 0, 0), ("alone at 5", 0, 0), ("alone at 10", 13, 6),
@@ -113,7 +100,7 @@ def test_skin_does_not_fold_over(sanity, measured, group, mean, most):
 )  # fmt: skip
 def test_skin_does_not_collapse(sanity, measured, group, total, most):
     collapsed = measured[group][:, 1]
-    missed = MISSED["collapsed"].get(group, (0, 0))
+    missed = (0, 3) if group == "ten" else (0, 0)  # since smiles raise the cheeks
     sanity.held((collapsed.sum(), collapsed.max()), (total, most), missed)
 
 
@@ -141,30 +128,31 @@ def test_a_closed_mouth_shows_neither_teeth_nor_tongue(groups, rig):
 
 # How deep skin goes into other skin, in millimetres. Lips that are rolled in or pressed together
 # touch well inside the mouth; what counts is the mean, and that nothing gets deeper.
-# Measured, mean and most: at 2.5 0.07 and 0.98, at 5 0.15 and 1.4, at 10 0.32 and 3.1 (all three
-# lip_tighten); ten at once 0.49 and 3.1; of random people 0.28 and 2.4.
+# Measured, mean and most: at 2.5 0.06 and 0.79, at 5 0.09 and 1.3, at 10 0.22 and 3.0 (all three
+# lip_tighten); ten at once 0.50 and 3.4; of random people 0.34 and 2.1.
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
     [("alone at 2.5", 0.1, 1.2), ("alone at 5", 0.19, 1.7), ("alone at 10", 0.39, 3.6),
      ("ten", 0.58, 3.6), ("ten, own ways", 0.58, 3.6), ("ten, anyone", 0.34, 2.8)],
 )  # fmt: skip
-def test_lips_do_not_pass_through_each_other(sanity, crossed, group, mean, most):
+def test_lips_do_not_pass_through_each_other(crossed, group, mean, most):
     lips = crossed[group][:, 0]
-    sanity.held((lips.mean(), lips.max()), (mean, most), MISSED["lips"].get(group, (0, 0)))
+    assert lips.mean() < mean
+    assert lips.max() < most
 
 
 # Square millimetres of one lip that are inside the other, of 2,000 that are seen at rest. Measured:
-# 9.7 in the mean at 2.5, 24 at 5, 41 at 10 (a rolled-in lip alone 120, 322, 400); ten at once 44
-# and 242 at most; of random people 36 and 486.
+# 4.2 in the mean at 2.5, 16 at 5, 33 at 10 (a rolled-in lip alone 92, 269, 348); ten at once 32
+# and 193 at most; of random people 31 and 480.
 @pytest.mark.parametrize(
     ("group", "mean", "most"),
     [("alone at 2.5", 12, 145), ("alone at 5", 29, 380), ("alone at 10", 50, 480),
      ("ten", 53, 290), ("ten, own ways", 53, 290), ("ten, anyone", 43, 580)],
 )  # fmt: skip
-def test_lips_do_not_swallow_each_other(sanity, crossed, group, mean, most):
+def test_lips_do_not_swallow_each_other(crossed, group, mean, most):
     swallowed = crossed[group][:, 3]
-    missed = MISSED["swallowed"].get(group, (0, 0))
-    sanity.held((swallowed.mean(), swallowed.max()), (mean, most), missed)
+    assert swallowed.mean() < mean
+    assert swallowed.max() < most
 
 
 # Measured: none at 2.5; 0.43 closed (blink), 0.55 at 10; ten at once 0.55; of random people 0.87.
@@ -215,14 +203,14 @@ def without(rig, parameters, names):
     return rig.shape(parameters) - np.tensordot(values[away], rig.key_deltas[away], axes=1)
 
 
-def test_without_their_helper_keys_lips_are_worse(sanity, rig, surface):
-    """Measured, mm² that lips swallow: 65 with the keys that part them, 437 without."""
+def test_without_their_helper_keys_lips_are_worse(rig, surface):
+    """Measured, mm² that lips swallow: 37 with the keys that part them, 290 without."""
     pytest.importorskip("bpy")
     faces = [FaceParameters(aus) for aus in CLOSING]
     with_keys = sum(surface.swallowed(rig.pose(p)) for p in faces) / MM**2
     bare = sum(surface.swallowed(without(rig, p, "lips_apart")) for p in faces) / MM**2
+    assert with_keys < 85
     assert bare > 3 * 85
-    sanity.held((with_keys,), (85,), (108,))
 
 
 def test_without_their_arcs_lids_cut_the_eyeballs(rig, surface):

@@ -207,7 +207,7 @@ def measured(groups, rig, surface):
 def test_skin_folds_no_more_than_peoples(sanity, measured, group, mean, most):
     folded, collapsed = measured[group].T
     assert collapsed.mean() <= 0.6 and collapsed.max() <= 8
-    missed = 7.2 if group == "presets" else 0.0  # since the mouth has single teeth
+    missed = 6.7 if group == "presets" else 0.0  # since the mouth has single teeth
     sanity.held((folded.mean(), folded.max()), (mean, most), (missed, 0))
 
 
@@ -248,14 +248,13 @@ def halfway(name, end):
 
 # Measured, millimetres, mean and most: lids in each other 0.1 and 1.2, in balls 0.08 and 0.2, lips
 # in each other 0.3 and 1.6; people's eyes, half as large: 0.87 and 0.41, lips 2.4.
-def test_lips_of_stylised_people_do_not_pass_through_each_other(sanity, groups, rig, surface):
+def test_lips_of_stylised_people_do_not_pass_through_each_other(groups, rig, surface):
     pytest.importorskip("bpy")
     faces = [*groups["presets"], *groups["random"]]
     lips = [surface.lip_depth(rig.pose(face))[1] / MM for face in faces]
     swallowed = [surface.swallowed(rig.pose(face)) / MM**2 for face in faces]
-    assert max(swallowed) < 580
-    found = float(np.mean(lips)), max(lips), float(np.mean(swallowed))
-    sanity.held(found, (0.5, 2.8, 53), (0.57, 0, 60))  # since the mouth has single teeth
+    assert max(lips) < 2.8 and np.mean(lips) < 0.5
+    assert np.mean(swallowed) < 53 and max(swallowed) < 580
 
 
 def test_lids_do_not_pass_through_each_other_or_the_ball(groups, rig, surface):
