@@ -158,7 +158,8 @@ class FaceRig(UprightFace):
         who = self.motions.who([p.identity for p in batch])
         moves, skin = self.motions.person(who)
         made, folds = self.motions.expression(who, self._key_values(batch, who.targets))
-        cages = self._caged(moves + made)
+        moves += made
+        cages = self._caged(moves)
         joints = cages[:, self._m :] - cages[:, self._m : self._m + 1]
         cages = cages[:, : self._m] - cages[:, self._m : self._m + 1]
         creases = self._skin_or_still(both(skin, folds), len(batch))

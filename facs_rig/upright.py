@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from .anatomy import PART_NAMES
 from .controls import CONTROL_NAMES, FULL_INTENSITY
 from .curves import read_curves
-from .identity import CAGE_TARGETS, ENDS, FEATURES, crease_gain, target_weights
+from .folds import crease_gain
+from .identity import CAGE_TARGETS, ENDS, FEATURES, target_weights
 from .keys import Key, compile_keys
 from .mesh import corner_matrix, is_shape
 from .motions import Who, read_motions
@@ -162,7 +163,7 @@ class UprightFace:
 
     def _scalars(self, identity: Mapping[str, float], weights: NDArray) -> dict[str, float]:
         return {
-            "crease_gain": crease_gain(identity),
+            "crease_gain": crease_gain(identity),  # checked with the weights
             "lid_rest": float(self._lid_rest @ weights[:CAGE_TARGETS]),
         }
 
@@ -351,10 +352,11 @@ class UprightFace:
 
 
 def both(one: NDArray | None, other: NDArray | None) -> NDArray | None:
-    """The sum of two movements, either of which may be none."""
+    """The sum of two movements, either of which may be none; in the first one's place."""
     if one is None or other is None:
         return other if one is None else one
-    return one + other
+    one += other
+    return one
 
 
 def _bound(arrays: Mapping[str, NDArray], kind: str) -> dict[str, tuple[NDArray, NDArray]]:
