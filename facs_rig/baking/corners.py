@@ -34,7 +34,7 @@ APPLE_SIZE = np.array((0.0155, 0.0145, 0.0220))
 APPLE_OUT, APPLE_UP = 0.0085, 0.0030
 # How far an open smile lifts the upper lip's edge, metres; from where to where along the lip that
 # fades, and the heights above the seam at which it is whole and at which it is gone.
-LIFT, LIFT_BACK = 0.0084, 0.0012
+LIFT, LIFT_BACK = 0.0076, 0.0
 LIFT_ALONG, LIFT_UP = (0.008, 0.0225), (0.003, 0.0185)
 OPENED = 3.0  # intensity of jaw_open at which a smile is an open one
 
