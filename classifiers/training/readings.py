@@ -88,7 +88,7 @@ class DetectorReader:
             reading.landmarks,
             list(said.confidences.values()),
             said.face_probability,
-            [value for value, _ in said.person.values()],
+            reading.person[:, 0],
         )
 
 

@@ -120,6 +120,7 @@ def test_figures_of_the_person():
         np.mean([abs(years(a) - 40) for a in truth[:, AGE]])
     )
     assert person_figures(np.zeros((200, 0)), truth) == {}
+    assert person_figures(told, np.full_like(truth, np.nan)) == {}
 
 
 def test_a_detection_tells_who_is_drawn(fresh_weights, cartoons):
@@ -138,3 +139,17 @@ def test_a_detection_tells_who_is_drawn(fresh_weights, cartoons):
                     "spread": pytest.approx(found.person["gender"][1], abs=1e-3)}  # fmt: skip
     none = detector.interpret(replace(reading, person=np.zeros((0, 2))), placed=True)
     assert none.person == {} and "person" not in none.to_json()
+
+
+def test_faces_that_are_refused_have_answers_as_well(fresh_weights, cartoons):
+    """Where nothing is called a face, figures still need a row as long as the others."""
+    from classifiers.training.readings import DetectorReader, pages_of, stacked
+    from classifiers.training.shards import load
+
+    detector = load_detector(fresh_weights)
+    readings = [detector.read(page) for page in pages_of(load(cartoons, limit=2).drawings)]
+    refused = replace(readings[1], face=-20.0)
+    assert detector.interpret(refused).person == {}
+    reader = DetectorReader(detector)
+    answers = stacked([reader.answer(readings[0]), reader.answer(refused)])
+    assert answers.person.shape == (2, len(PERSON))
