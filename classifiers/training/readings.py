@@ -88,7 +88,7 @@ class DetectorReader:
             reading.landmarks,
             list(said.confidences.values()),
             said.face_probability,
-            reading.person[:, 0],
+            reading.person[:, 0].tolist(),
         )
 
 
