@@ -34,8 +34,9 @@ APPLE_SIZE = np.array((0.0155, 0.0145, 0.0220))
 APPLE_OUT, APPLE_UP = 0.0085, 0.0030
 # How far an open smile lifts the upper lip's edge, metres; from where to where along the lip that
 # fades, and the heights above the seam at which it is whole and at which it is gone.
-LIFT, LIFT_BACK = 0.0076, 0.0
+LIFT, LIFT_BACK = 0.0056, 0.0
 LIFT_ALONG, LIFT_UP = (0.008, 0.0225), (0.003, 0.0185)
+TUBERCLE = (0.25, 40.0)  # least share of the upper lip in its middle, and more a metre aside
 OPENED = 3.0  # intensity of jaw_open at which a smile is an open one
 
 
@@ -114,7 +115,9 @@ def open_smile(
     x, above = np.abs(cage[:, 0]), cage[:, 1] - seam_height(cage[:, 0])
     along = ease((x - LIFT_ALONG[0]) / (LIFT_ALONG[1] - LIFT_ALONG[0]))
     up = ease((above - LIFT_UP[0]) / (LIFT_UP[1] - LIFT_UP[0]))
-    lip = source.is_part("skin") & (masks["upper"][:, 0] > 0.5) & (cage[:, 2] > 0.075)
+    # In the middle the upper lip reaches down below the seam: its tubercle is lifted, too.
+    upper = masks["upper"][:, 0] > np.minimum(TUBERCLE[0] + TUBERCLE[1] * x, 0.5)
+    lip = source.is_part("skin") & upper & (cage[:, 2] > 0.075)
     share = (along * up * lip)[:, None]
     lift = share * np.array([0.0, LIFT, -LIFT_BACK])
     keys = [

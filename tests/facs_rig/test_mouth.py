@@ -65,6 +65,20 @@ def test_an_open_smile_shows_the_upper_incisors(rig, jaws):
     assert 1.5 < seen_teeth(rig, jaws, {"jaw_open": 6.0}) < 4.0
 
 
+# Measured, mm that its middle hangs lower than 5 mm aside: -0.3 to 0 (with a drop: 2.7 to 3.7).
+@pytest.mark.parametrize("who", [{}, {"gender": 1.0}, {"african": 1.0, "asian": 0.0}, {"age": 0.8}])
+def test_an_open_smile_s_upper_lip_has_an_even_edge(rig, who):
+    for opening in (3.0, 6.0):
+        vertices = rig.pose(FaceParameters({"smile": 5.0, "jaw_open": opening}, who))
+        scale = PIXELS / MM
+        camera = Camera(200, 1000, (scale, scale), (100.0, -0.015 * scale))
+        seen = rasterise(vertices, rig.triangles, camera).triangle
+        inside = np.any([rig.parts[part] for part in INSIDE], axis=0)[rig.triangles[:, 0]]
+        first = np.argmax(inside[seen] & (seen >= 0), axis=0)  # below the lip, of each column
+        middle, aside = first[100], first[[50, 150]].mean()
+        assert -1.5 < (middle - aside) / PIXELS < 2.0
+
+
 # Measured, mm: 1.7 below 1.7 of the upper ones, which overlap them (before: 1.3, smooth).
 def test_a_grimace_shows_the_lower_teeth(rig, jaws):
     shown = {"grimace": 5.0, "lower_lip_depress": 5.0}
