@@ -266,7 +266,7 @@ class Detector:
             face_probability=face,
             turn=turn,
             trouble=why,
-            person={} if why else self._person(reading.person),
+            person=self._person(reading.person),
         )
 
     def _person(self, told: NDArray) -> dict[str, tuple[float, float]]:
