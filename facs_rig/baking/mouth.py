@@ -45,6 +45,7 @@ DROP = (0.006, 0.010, 0.010, 0.006, 0.002, 0.0)
 # Where the lips meet, inside and in front: metres from the head's joint.
 SEAM, LIPS = np.array((0.0, -0.0282, 0.0975)), np.array((0.0, -0.0273, 0.1054))
 WHOLLY = (0.8, 0.97)  # how far skin follows the jaw from where on it turns with it as bone does
+SHORTER = 0.85  # how far teeth go sideways, of how far the source has them go
 NEAR_SEAM = 0.0045  # metres from there
 FOLLOWS = 0.003  # metres; skin that the jaw moves by less than this follows it only in part
 
@@ -285,6 +286,7 @@ def stiffen(moves: NDArray, opening: NDArray, source: Source, frames: Frames, ja
     free = np.flatnonzero(source.is_part("teeth") | source.is_part("tongue"))
     shift = moves[:, lower_teeth(source)].mean(axis=1)
     shift[opening != 0] = 0.0
+    shift[:, 0] *= SHORTER  # skin beside the corners does not follow as far
     moves[:, free] = 0.0
     places = frames.places[1:].reshape(-1, 3)
     drop = np.zeros_like(places)

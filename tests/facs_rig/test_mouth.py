@@ -212,6 +212,14 @@ def test_teeth_and_tongue_stay_inside_at_every_opening(rig, surface, name):
         assert pierced(rig, surface, rig.pose(FaceParameters(aus)), (0.0, 0.7)) <= 12, aus
 
 
+# With teeth that go as far as the source has them, 65 pixels beside the corner.
+@pytest.mark.parametrize("name", ["jaw_left", "jaw_right", "jaw_forward"])
+def test_teeth_stay_inside_when_the_jaw_is_pushed_as_far_as_it_goes(rig, surface, name):
+    for with_what in ({}, {"smile": 5.0}, {"grimace": 5.0}):
+        aus = {name: 10.0, **with_what}
+        assert pierced(rig, surface, rig.pose(FaceParameters(aus))) <= 12, aus
+
+
 def test_teeth_and_tongue_stay_inside_of_random_faces_of_anybody(sanity, rig, surface):
     from dataset_gen.sampling import sample_identity
 
