@@ -84,7 +84,8 @@ def sample_face(
     odds = np.array([WAY_ODDS[way] for way in ways])
     way = "levels" if scheme == "thesis" else str(rng.choice(ways, p=odds / odds.sum()))
     kinds = tuple(kind for kind in WAYS[way][detail] if kind in drawable)
-    style = sample_style(rng)
+    # The older schemes draw as they always did, so that what is measured on them compares.
+    style = sample_style(rng, shaded=scheme == "people")
     if scheme in ("smooth", "varied"):  # last, so that all else is as in sparse
         wrinkles = (
             -1.0 if scheme == "smooth" else _crease_depth(rng, parameters.identity["wrinkles"])

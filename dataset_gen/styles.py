@@ -52,11 +52,16 @@ PAPERS: dict[str, tuple[float, Ranges]] = {
 
 
 def sample_style(
-    rng: np.random.Generator, look: str | None = None, paper: str | None = None
+    rng: np.random.Generator,
+    look: str | None = None,
+    paper: str | None = None,
+    shaded: bool = True,
 ) -> Style:
     """A random style: any look on any paper by their odds, or those that are named.
 
-    look : of LOOKS;  paper : of PAPERS. Raises InputError for another name.
+    look : of LOOKS;  paper : of PAPERS;  shaded : whether some have graphite in their shade
+
+    Raises InputError for another name.
     """
     layers = [layer for layer, p in LAYER_ODDS.items() if rng.random() < p]
     if rng.random() < HAIR_ODDS:
@@ -73,7 +78,7 @@ def sample_style(
         values["light"] = round(float(rng.choice([-1, 1]) * rng.uniform(20, 80)), 2)
     if rng.random() < CONSTRUCTION_ODDS.get(look, 0):
         values["construction"] = round(float(rng.uniform(0.2, 0.5)), 4)
-    if rng.random() < GRAPHITE_ODDS.get(look, 0):
+    if shaded and rng.random() < GRAPHITE_ODDS.get(look, 0):
         values["graphite"] = round(float(rng.uniform(0.2, 1)), 4)
         values["smudge"] = round(float(rng.random()), 4)
         values.setdefault("light", round(float(rng.choice([-1, 1]) * rng.uniform(20, 80)), 2))

@@ -12,6 +12,7 @@ from dataset_gen.linework import ink
 from dataset_gen.linework.paper import through, tilt_matrix
 from dataset_gen.linework.style import STYLES, Style
 from dataset_gen.page import draw_page
+from dataset_gen.sampling import sample_face, sample_rng
 from dataset_gen.shading import LAMP
 from dataset_gen.styles import GRAPHITE_ODDS, LOOKS, sample_style
 from dataset_gen.tone import DARKEST, graphite, tilted
@@ -111,3 +112,15 @@ def test_pencils_shade_most():
     for look in LOOKS:
         drawn = [sample_style(rng, look=look).graphite > 0 for _ in range(200)]
         assert np.mean(drawn) == pytest.approx(GRAPHITE_ODDS.get(look, 0.0), abs=0.12)
+
+
+def test_older_schemes_draw_without_shade():
+    """What was measured on them is to compare."""
+    rig = load_rig()
+    shares = {
+        scheme: np.mean(
+            [sample_face(rig, sample_rng(5, k), 256, scheme).style.graphite > 0 for k in range(60)]
+        )
+        for scheme in ("people", "sparse", "thesis")
+    }
+    assert shares["people"] > 0.03 and shares["sparse"] == shares["thesis"] == 0
