@@ -70,12 +70,12 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--answers are another method's: leave out --baseline and --write.")
     benchmark.check_names(options.sets)
     theirs = benchmark.read_answers(options.answers) if options.answers else None
-    if theirs is not None:
-        if absent := [name for name in options.sets if name not in theirs]:
-            raise InputError(
-                f"{options.answers} does not answer the set {absent[0]}: name those that it does "
-                "with --sets."
-            )
+    absent = [name for name in options.sets if theirs is not None and name not in theirs]
+    if absent:
+        raise InputError(
+            f"{options.answers} does not answer the set {absent[0]}: name those that it does with "
+            "--sets."
+        )
     reader = None if theirs or options.draw_only else reader_of(options)
     results: dict[str, dict[str, Any]] = {}
     lines = []
@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         try:
             measured = benchmark.figures(said, data)
         except InputError as error:
-            raise InputError(f"{options.answers}, set {name}: {error}") from None
+            raise InputError(f"{options.answers or 'our answers'}, set {name}: {error}") from None
         results[name] = {"drawings": len(data), "fingerprint": mark} | measured
         if options.json:
             print(json.dumps(rounded({"set": name} | results[name])), flush=True)

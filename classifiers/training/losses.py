@@ -34,12 +34,9 @@ def loss_parts(
     spot = F.smooth_l1_loss(points, batch["landmarks"], beta=0.02, reduction="none").mean(
         dim=(1, 2)
     )
-    alike = {}
-    if agree:
-        alike["agree"] = agree * agreement_loss(units, batch["active"], batch["twin"], close.bool())
     off = torch.linalg.vector_norm(points.detach() - batch["landmarks"], dim=2)
     doubt = (off * torch.exp(-spread) + spread).mean(dim=1)
-    return {
+    parts = {
         **unit_losses(units, batch["active"], batch["intensity"], weight),
         "angles": 2 * (turn * close).sum() / many,
         "landmarks": 5 * (spot * close).sum() / many,
@@ -47,8 +44,11 @@ def loss_parts(
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
         "person": WHO * person_loss(person, batch["person"], (kind == NEAR).float()),
-        **alike,
     }
+    if agree:
+        told = agreement_loss(units, batch["active"], batch["twin"], close.bool())
+        parts["agree"] = agree * told
+    return parts
 
 
 def unit_losses(

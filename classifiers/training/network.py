@@ -247,8 +247,8 @@ class Finder(nn.Module):
 
 
 class Networks(nn.Module):
-    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face, found,
-    person).
+    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face,
+    found, person).
 
     units : (b, len(aus), 3) logit no, logit yes, intensity / 5;
     landmarks : (b, m, 3) u, v in crop units, log of the expected error in crop units;

@@ -189,9 +189,10 @@ class Artist:
         return tuple(name for name in CONTROL_NAMES if any(_is(name, stem) for stem in stems))
 
     def styled(self, style: Style) -> Style:
-        """The style in which this artist's lines are drawn: nothing that was meant is left out."""
+        """The style in which this artist's lines are drawn: nothing that was meant is left out, and
+        there is no graphite, which knows the skull and neither hair nor hat as drawn."""
         width = float(np.clip(style.width * self.bold, *PENS))
-        return replace(style, width=round(width, 4), dropout=0.0, layers=())
+        return replace(style, width=round(width, 4), dropout=0.0, layers=(), graphite=0.0)
 
     def to_json(self) -> dict:
         """All fields, as JSON knows them."""

@@ -34,7 +34,7 @@ APPLE_SIZE = np.array((0.0155, 0.0145, 0.0220))
 APPLE_OUT, APPLE_UP = 0.0085, 0.0030
 # How far an open smile lifts the upper lip's edge, metres; from where to where along the lip that
 # fades, and the heights above the seam at which it is whole and at which it is gone.
-LIFT, LIFT_BACK = 0.0056, 0.0
+LIFT = 0.0056
 LIFT_ALONG, LIFT_UP = (0.008, 0.0225), (0.003, 0.0185)
 TUBERCLE = (0.25, 40.0)  # least share of the upper lip in its middle, and more a metre aside
 OPENED = 3.0  # intensity of jaw_open at which a smile is an open one
@@ -119,7 +119,7 @@ def open_smile(
     upper = masks["upper"][:, 0] > np.minimum(TUBERCLE[0] + TUBERCLE[1] * x, 0.5)
     lip = source.is_part("skin") & upper & (cage[:, 2] > 0.075)
     share = (along * up * lip)[:, None]
-    lift = share * np.array([0.0, LIFT, -LIFT_BACK])
+    lift = share * np.array([0.0, LIFT, 0.0])
     keys = [
         Key(f"smile_open_{side}",
             f"min(jaw_open*{1 / OPENED:.4g},1)*min((smile+smile_{side})*0.2,1.5)")

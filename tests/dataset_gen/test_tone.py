@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, map_coordinates
 
+from dataset_gen.conventions import Artist
 from dataset_gen.linework import ink
 from dataset_gen.linework.paper import through, tilt_matrix
 from dataset_gen.linework.style import STYLES, Style
@@ -124,3 +125,8 @@ def test_older_schemes_draw_without_shade():
         for scheme in ("people", "sparse", "thesis")
     }
     assert shares["people"] > 0.03 and shares["sparse"] == shares["thesis"] == 0
+
+
+def test_conventions_have_shade_of_their_own():
+    """Graphite by the skull showed through the hair and hats that were drawn."""
+    assert Artist().styled(STYLES["shaded"]).graphite == 0
