@@ -83,6 +83,18 @@ CUTS: dict[str, tuple[float, float]] = {
     "swept": (0.5, 2.2), "fringe": (1.0, 0.8), "bob": (2.5, 0.2), "long": (4.0, 0.35),
     "bun": (1.0, 0.1), "afro": (0.6, 0.5), "tufts": (0.3, 0.8),
 }  # fmt: skip
+# By what else artists tell a woman from a man: factors of a convention's odds.
+TELLING: dict[str, dict[str, tuple[float, float]]] = {
+    "lashes": {"none": (0.35, 1.8), "ticks": (2.0, 0.25), "thick": (1.6, 0.5), "flick": (2.0, 0.1)},
+    "brow": {"stroke": (0.8, 1.2), "taper": (1.6, 0.6), "shape": (0.6, 1.5), "hairs": (0.8, 1.2)},
+    "mouth": {"line": (0.5, 1.5), "lips": (1.5, 0.6), "dark": (2.0, 0.5)},
+    "jaw": {"v": (1.3, 0.7), "box": (0.2, 2.0), "smooth": (1.2, 0.9)},
+    "cheek": {"none": (1.4, 0.8), "long": (0.5, 1.4)},
+    "chin": {"dimple": (0.3, 1.7)},
+    "neck": {"muscle": (0.4, 1.5)},
+    "clothes": {"shirt": (0.6, 1.4), "suit": (0.3, 1.7)},
+}
+BROW_SIZE, EYE_SIZE = (0.85, 1.15), (1.05, 0.96)  # of a woman's and a man's, as they are drawn
 BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
 MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
@@ -229,11 +241,18 @@ def sample_artist(
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
     order = tuple(MANNERS)
     manner = manner or _lot(rng, MANNERS)
+    man = float(identity.get("gender", 0.5))
     chosen = {}
     for name, table in CONVENTIONS.items():
         of = order.index(manner if rng.random() > BORROWS else _lot(rng, MANNERS))
-        chosen[name] = _lot(rng, {how: odds[of] for how, odds in table.items()})
-    man = float(identity.get("gender", 0.5))
+        telling = TELLING.get(name, {})
+        chosen[name] = _lot(
+            rng,
+            {
+                how: odds[of] * _of_sex(man, telling.get(how, (1.0, 1.0)))
+                for how, odds in table.items()
+            },
+        )
     age = float(identity.get("age", 0.0))
     old = max(age, 0.0)
     cuts = {cut: (1 - man) * woman + man * odds for cut, (woman, odds) in CUTS.items()}
@@ -264,8 +283,9 @@ def sample_artist(
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
         bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
         room=within(*ROOM[manner], 3),
-        eyes=near(big, 0.1), eye_tall=near(TALL[manner], 0.1), iris_size=near(0.98, 0.1),
-        brow_size=near(1.12, 0.22),
+        eyes=near(big * _of_sex(man, EYE_SIZE), 0.1), eye_tall=near(TALL[manner], 0.1),
+        iris_size=near(0.98, 0.1),
+        brow_size=near(1.12 * _of_sex(man, BROW_SIZE), 0.22),
         nose_size=near(1.0 / big**0.6, 0.12), mouth_size=near(1.0, 0.1), ear_size=near(1.0, 0.15),
         jaw_size=near(1.0, 0.05),
         eye_shift=shift(0.012, 0.025), brow_shift=shift(0.01, 0.025), nose_shift=shift(0.015, 0.03),
@@ -273,6 +293,12 @@ def sample_artist(
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
+
+
+def _of_sex(man: float, factors: tuple[float, float]) -> float:
+    """What lies between a woman's and a man's factor; man : 0 to 1."""
+    woman, mans = factors
+    return float(woman ** (1 - man) * mans**man)
 
 
 def _lot(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
