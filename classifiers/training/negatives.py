@@ -112,6 +112,44 @@ def nearly_blank(rng: Generator) -> Ink:
     return np.array(image)
 
 
+def sign(rng: Generator) -> Ink:
+    """A round sign with eyes and a mouth and nothing else: who draws a person draws more."""
+    image, draw = _blank()
+    unit, width = rng.uniform(45, 110), int(rng.integers(2, 8))
+    lean, tall = np.radians(rng.normal(0, 6)), np.exp(rng.normal(0, 0.08))
+    turn = np.array([[np.cos(lean), np.sin(lean)], [-np.sin(lean), np.cos(lean)]])
+    middle = SIZE / 2 + rng.normal(0, 8, 2)
+
+    def oval(u: float, v: float, a: float, b: float, start: float, end: float) -> list[float]:
+        t = np.radians(np.linspace(start, end, 40))
+        points = np.stack([u + a * np.cos(t), tall * (v + b * np.sin(t))], 1) @ turn
+        return (middle + unit * points + rng.normal(0, 0.5, (40, 2))).ravel().tolist()
+
+    if rng.random() < 0.9:
+        draw.line(oval(0, 0, 1, 1, 0, 360 + rng.uniform(0, 20)), fill=BLACK, width=width)
+    apart, high, size = rng.uniform(0.22, 0.48), rng.uniform(0.1, 0.4), rng.uniform(0.05, 0.2)
+    kind = rng.integers(5)
+    for side in (-1, 1):
+        if kind == 0:
+            draw.polygon(oval(side * apart, -high, size, size, 0, 360), fill=BLACK)
+        elif kind == 1:
+            draw.polygon(oval(side * apart, -high, 0.5 * size, 1.3 * size, 0, 360), fill=BLACK)
+        elif kind == 2:
+            draw.line(oval(side * apart, -high, size, 1.4 * size, 0, 360), fill=BLACK, width=width)
+            if rng.random() < 0.6:
+                pupil = oval(side * apart, -high, 0.4 * size, 0.4 * size, 0, 360)
+                draw.polygon(pupil, fill=BLACK)
+        else:  # arcs upward or downward
+            ends = (180, 360) if kind == 3 else (0, 180)
+            draw.line(oval(side * apart, -high, size, size, *ends), fill=BLACK, width=width)
+    wide, deep, low = rng.uniform(0.25, 0.65), rng.uniform(0.05, 0.5), rng.uniform(0.05, 0.45)
+    ends = (10, 170) if rng.random() < 0.7 else (190, 350)
+    draw.line(oval(0, low, wide, deep, *ends), fill=BLACK, width=width)
+    if rng.random() < 0.3:  # an open mouth
+        draw.line(oval(0, low, wide, 0.02, 0, 180), fill=BLACK, width=width)
+    return np.array(image)
+
+
 def hair_alone(rng: Generator) -> Ink:
     """Hair and shoulders, but nobody in between."""
     image, _ = _blank()
@@ -189,6 +227,7 @@ KINDS: tuple[tuple[Callable[[Generator], Ink], float], ...] = (
     (noise, 0.7),
     (nearly_blank, 1.0),
     (hair_alone, 2.0),
+    (sign, 2.0),
     (photograph, 3.0),
 )
 
