@@ -44,7 +44,7 @@ from facs_rig.macros import years
 from facs_rig.parameters import ANGLES, intensities
 from facs_rig.retarget import retarget, unshown
 from facs_rig.stylised import is_stylised
-from snakes import LINE_TWEAKABLES
+from snakes import LINE_TWEAKABLES, LINES_ALONE
 from snakes.tweakables import describe
 
 SCHEMES = ("people", "thesis")  # the others do as people does, but for who the people are
@@ -142,7 +142,8 @@ def tweakables() -> str:
             value = "on" if default else "off"
         else:
             value = default if kind is str else f"{default:g} {about['unit']}".strip()
-        method = "both" if name in LINE_TWEAKABLES else "Thesis"
+        both = "both" if name in LINE_TWEAKABLES else "Thesis"
+        method = "By Lines" if name in LINES_ALONE else both
         out.append(f"| {about['label']} | {value} | {about['help']} | {method} |")
     return "\n".join(out)
 

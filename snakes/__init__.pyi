@@ -10,6 +10,7 @@ from .strokes import carvable
 from .tweakables import (
     DEEPEST,
     LINE_TWEAKABLES,
+    LINES_ALONE,
     PROFILES,
     WIDEST,
     WORKING_SIZE,
@@ -20,6 +21,7 @@ from .tweakables import (
 __all__ = [
     "DEEPEST",
     "HEAD",
+    "LINES_ALONE",
     "LINE_TWEAKABLES",
     "PROFILES",
     "WIDEST",

@@ -15,6 +15,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 __all__ = ["smooth_field"]
 
+MIRROR = np.array([-1.0, 1.0, 1.0], np.float32)
+"""What takes a side of the face to the other."""
+
 
 def smooth_field(
     places: NDArray[np.floating],
@@ -24,32 +27,41 @@ def smooth_field(
     at: NDArray[np.floating],
     length: float,
     size: float,
+    symmetry: float = 0.0,
 ) -> NDArray[np.float64]:
-    """The likeliest movement (m, 2) at places `at` (m, 3), to six digits.
+    """The likeliest movement (m, 3) at places `at` (m, 3), to six digits.
 
     Parameters
     ----------
-    places : (k, 3) float, metres, where something is known
-    normals : (k, 2) float, unit, the direction of which it is known
+    places : (k, 3) float, metres, where something is known; x to the side, 0 in the middle
+    normals : (k, 3) float, unit, the direction of which it is known
     moves : (k,) float, metres, the movement in that direction
     errors : (k,) float, metres, how far off each may be; above 0
     at : (m, 3) float, metres
     length : metres over which a movement dies away (standard deviation of a bell)
     size : metres, how large movements usually are
+    symmetry : 0..1, the correlation of a movement with the mirror image of the other side's
 
     Raises ValueError when an error is not above 0.
     """
     if not len(places):
-        return np.zeros((len(at), 2))
+        return np.zeros((len(at), 3))
     if not (np.asarray(errors) > 0).all():
         raise ValueError("What is known of a movement has an error above 0.")
-    places = np.asarray(places, float)
+    places, normals = np.asarray(places, float), np.asarray(normals, float)
     alike = _bell(places, places, length) * (normals @ normals.T)
+    if symmetry:
+        there, away = places * MIRROR, normals * MIRROR
+        alike += symmetry * _bell(places, there, length) * (normals @ away.T)
     alike[np.diag_indices(len(places))] += (np.asarray(errors) / size) ** 2
     share = cho_solve(cho_factor(alike, lower=True), np.asarray(moves, float))
     # What was solved for is exact; where it is asked, single precision is plenty.
-    near = np.asarray(at, np.float32), np.asarray(places, np.float32)
-    return _bell(*near, length) @ (share[:, None] * normals).astype(np.float32)
+    here, known = np.asarray(at, np.float32), np.asarray(places, np.float32)
+    pulls = (share[:, None] * normals).astype(np.float32)
+    field = _bell(here, known, length) @ pulls
+    if symmetry:
+        field += np.float32(symmetry) * _bell(here, known * MIRROR, length) @ (pulls * MIRROR)
+    return field
 
 
 def _bell(a: NDArray, b: NDArray, length: float) -> NDArray[np.float64]:

@@ -110,8 +110,8 @@ def pull_skin(
     """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
 
     model : the posed face's lines      max_move : metres, no vertex moves farther
-    tweakables : Smoothness counts, of the snakes, and Soft Select Distance: over as many
-    centimetres a movement of the skin dies away
+    tweakables : Smoothness counts, of the snakes, Soft Select Distance: over as many centimetres a
+    movement of the skin dies away, and Symmetry: how far the other side goes along
     pins : landmark -> (u, v) pixels where it has to be
     """
     head = HEAD * camera.scale[0]
@@ -134,19 +134,21 @@ def pull_skin(
     if pins:
         off = off - camera.project(rig.pose(parameters)[pinned])
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
-    # Pixels run down, metres up. A pin is known in both directions, a line across itself alone.
+    # A pin is known in both directions, a line across itself alone.
+    ways = np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)])
+    turning = rotation(parameters.head)
     field = smooth_field(
         np.concatenate([_mixed(matrix, corners, model.weights[asked]) @ spread,
                         *[matrix[pinned] @ spread] * 2]),
-        np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)]) * (1, -1),
+        (ways * (1, -1)) @ turning[:2],  # pixels run down, metres up; the head is upright
         np.concatenate([moves[asked], *off.T]) / camera.scale[0],
         np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR)]),
         spread,
         tweakables.soft_select_distance / 100,
         SIZE,
+        tweakables.symmetry,
     )  # fmt: skip
-    flat = np.concatenate([field, np.zeros((len(field), 1))], axis=1)
-    offsets = matrix @ (flat @ rotation(parameters.head))
+    offsets = matrix @ field
     shape = rig.shape(parameters)
     offsets = keep_lids_on_eyes(rig, shape, carry_parts(rig, shape, offsets))
     far = np.linalg.norm(offsets, axis=1, keepdims=True)

@@ -14,8 +14,8 @@ from facs_rig.common import settings
 from facs_rig.common.settings import check_settings, setting
 
 __all__ = [
-    "CURVES", "DEEPEST", "LINE_TWEAKABLES", "PROFILES", "SNAKE_TYPES", "WIDEST", "WORKING_SIZE",
-    "Tweakables", "describe",
+    "CURVES", "DEEPEST", "LINES_ALONE", "LINE_TWEAKABLES", "PROFILES", "SNAKE_TYPES", "WIDEST",
+    "WORKING_SIZE", "Tweakables", "describe",
 ]  # fmt: skip
 
 WORKING_SIZE = (91, 200)
@@ -24,9 +24,10 @@ WORKING_SIZE = (91, 200)
 SNAKE_TYPES = ("free", "fixed", "periodic")
 CURVES = ("smooth", "sphere", "root", "inverse_square", "sharp", "linear", "constant")
 
-LINE_TWEAKABLES = ("smoothness", "max_delta", "soft_select_distance", "mirror")
-"""Those of the thesis' table that count where lines are fitted too; the others are of its own way
-alone."""
+LINES_ALONE = ("symmetry",)
+"""The tweakables that count where lines are fitted, and in the thesis' own way do nothing."""
+LINE_TWEAKABLES = ("smoothness", "max_delta", "soft_select_distance", *LINES_ALONE, "mirror")
+"""All that count where lines are fitted; the others are of the thesis' own way alone."""
 
 PROFILES = {"crease": 0.15, "scar": 0.5}
 """Height of the rims on both sides of a carved groove, as a share of its depth."""
@@ -149,6 +150,14 @@ class Tweakables:
         "Soft select curve",
         "How the movement of a vertex falls off with distance",
         choices=CURVES,
+    )
+    symmetry: float = setting(
+        0.8,
+        "Symmetry",
+        "How alike both sides of the face are moved: 0 each by its own lines, 1 as mirror images",
+        "",
+        0.0,
+        1.0,
     )
     # Beyond the thesis, therefore off as it comes.
     soft_select_connected: bool = setting(

@@ -87,6 +87,7 @@ def test_lines_across_and_lines_far_away_are_no_lines_to_settle_on():
 
 
 USUAL = Tweakables(soft_select_distance=1.2)
+EACH_SIDE = Tweakables(soft_select_distance=1.2, symmetry=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +118,7 @@ def test_the_skin_follows_and_no_vertex_goes_too_far(scene_of_a_face):
 
 def test_movements_are_parallel_to_the_picture_but_for_lids_on_their_eyes(scene_of_a_face):
     rig, parameters, camera, model, drawn = scene_of_a_face
-    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, USUAL)
+    offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, EACH_SIDE)
     moved = rig.pose(parameters, offsets) - rig.pose(parameters)
     shape = rig.shape(parameters)
     far = rig.parts["skin"] & (rig.weights[:, 0] == 1)  # what turns with the head alone
@@ -125,6 +126,20 @@ def test_movements_are_parallel_to_the_picture_but_for_lids_on_their_eyes(scene_
         centre = shape[eye].mean(axis=0)
         far &= np.linalg.norm(shape - centre, axis=1) > 0.02
     assert np.abs(moved[far, 2]).max() < 2e-5 < np.abs(moved[far, :2]).max()
+
+
+def test_the_sides_of_a_head_that_is_turned_are_moved_alike(scene_of_a_face):
+    rig, parameters, camera, model, drawn = scene_of_a_face
+    skin = rig.parts["skin"]
+
+    def unlike(settings):
+        offsets = pull_skin(drawn, model, rig, parameters, camera, 0.02, settings)
+        apart = offsets - offsets[rig.mirror] * (-1, 1, 1)
+        return np.linalg.norm(apart[skin], axis=1).mean()
+
+    alone = unlike(EACH_SIDE)
+    assert unlike(USUAL) < 0.5 * alone
+    assert unlike(Tweakables(soft_select_distance=1.2, symmetry=1.0)) < 0.1 * alone
 
 
 def test_no_triangle_turns_over(scene_of_a_face):

@@ -21,6 +21,7 @@ THESIS = {
     "low_depth_preference": 0.0,
     "soft_select_distance": 1.0,
     "soft_select_curve": "linear",
+    "symmetry": 0.8,
     "mirror": False,
 }
 BEYOND = {"soft_select_connected": False}
@@ -59,6 +60,7 @@ def test_every_tweakable_describes_itself():
         ("soft_select_distance", 0.0),
         ("soft_select_curve", "cubic"),
         ("soft_select_connected", "yes"),
+        ("symmetry", 1.1),
         ("mirror", 1),
         ("edge_weight", True),
     ],

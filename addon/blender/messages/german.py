@@ -1010,7 +1010,12 @@ TWEAKABLES = {
     "Measure distance over the skin, so that a lip does not pull the other lip": (
         "Entfernung über die Haut messen, damit eine Lippe nicht die andere mitzieht"
     ),
-    "Mirror output": "Symmetrisch",
+    "Symmetry": "Symmetrie",
+    "How alike both sides of the face are moved: 0 each by its own lines, 1 as mirror images": (
+        "Wie gleich beide Seiten des Gesichts bewegt werden: 0 jede nach ihren eigenen Linien, "
+        "1 spiegelbildlich"
+    ),
+    "Mirror output": "Spiegelgleich",
     "Make the fitted face symmetrical, which removes asymmetries of the drawing": (
         "Das angepasste Gesicht symmetrisch machen, was Asymmetrien der Zeichnung entfernt"
     ),

@@ -4,7 +4,7 @@ import bpy
 
 from facs_rig import CONTROLS
 from facs_rig.blender.keys import FITTED
-from snakes import LINE_TWEAKABLES
+from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation
 from ..operators import detect, export, expression, pins, sketch
@@ -196,8 +196,10 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         column = layout.column()
         group = settings.tweakables
         for name in properties.SKETCHTOFACE_PG_tweakables.__annotations__:
-            used = settings.method == "lines" and name in LINE_TWEAKABLES
-            if name != "mirror" and (settings.method == "thesis" or used):
+            used = (
+                name in LINE_TWEAKABLES if settings.method == "lines" else name not in LINES_ALONE
+            )
+            if name != "mirror" and used and settings.method != "shape":
                 column.prop(group, name)
         layout.operator(sketch.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
