@@ -202,14 +202,16 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
 
 
 def preview(face: FaceFit) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) picture: sketch, detected expression, fitted face, its lines on the sketch."""
-    from addon.preview import panels
+    """(h, 4 w, 3) picture: sketch, fitted face, it in three quarters, its lines on the sketch."""
+    from addon.preview import panels, three_quarters
 
+    aside = replace(face.parameters, head=three_quarters(face.parameters.head))
     return panels(
         face.drawing.image,
         face.rig,
         face.parameters,
         face.vertices,
+        face.rig.pose(aside, face.offsets),
         face.camera,
         face.compared.unmatched,
     )

@@ -22,8 +22,11 @@ ROOM = 0.12  # around the face, as a share of its height
 FINER = 2
 LAMPS = (((-0.45, 0.55, 0.7), 0.72), ((0.75, 0.1, 0.35), 0.22))  # direction to the lamp, strength
 AMBIENT = 0.12
-PAPER = 250
-FITTED, UNMATCHED = (200, 40, 30), (30, 90, 220)  # red and blue, lines over the sketch
+PAPER = 255
+# Lines over the sketch, red and blue; over the face, what has no place on it, as hair.
+FITTED, UNMATCHED, HOMELESS = (200, 40, 30), (30, 90, 220), (165, 165, 165)
+FAINT = 0.35  # of the sketch's ink, where it lies under something
+ASIDE = np.radians(32)
 
 
 def panels(
@@ -31,36 +34,58 @@ def panels(
     rig: FaceRig,
     parameters: FaceParameters,
     fitted: NDArray,
+    aside: NDArray,
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
 ) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, detected expression, fitted face, its lines over the sketch.
+    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and the like in grey, it
+    in three quarters, its lines over the sketch.
 
-    drawing : (h, w) float, 1 is paper;  fitted : (n, 3) metres;  camera : of the drawing's pixels;
-    unmatched : polylines (k, 2) of the drawing that have no place on the face, in its pixels.
+    drawing : (h, w) float, 1 is paper;  fitted, aside : (n, 3) metres, turned as it is drawn and as
+    it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
+    have no place on the face, in its pixels.
     """
     camera, box = _close_up(fitted, camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
-    homeless = [(line - [left, top]) * zoom for line in unmatched]
-    overlay = 255 - 0.35 * (255 - np.repeat(sketch[:, :, None], 3, axis=2).astype(float))
-    for strokes, width, colour in (
-        ([Stroke(line, np.ones(len(line)), "unmatched") for line in homeless], 1.4, UNMATCHED),
-        (draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED),
-    ):
-        lines = ink(strokes, camera.width, camera.height, Style(width=width))
-        share = (255 - lines[:, :, None].astype(float)) / 255
-        overlay = overlay * (1 - share) + np.array(colour) * share
+    homeless = [
+        Stroke((line - [left, top]) * zoom, np.ones(len(line)), "unmatched") for line in unmatched
+    ]
+    sketch = np.repeat(sketch[:, :, None], 3, axis=2)
+    faint = 255 - FAINT * (255 - sketch.astype(float))
+    overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
+    overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    return np.concatenate(
-        [
-            np.repeat(sketch[:, :, None], 3, axis=2),
-            paint(rig, rig.pose(parameters), camera, identity),
-            paint(rig, fitted, camera, identity),
-            overlay.astype(np.uint8),
-        ],
-        axis=1,
+    skin = paint(rig, fitted, camera, identity)
+    face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
+    other = paint(rig, aside, _beside(aside, camera), identity)
+    return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
+
+
+def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Yaw, pitch and roll, radians, that show the side of a head that a drawing hardly shows."""
+    return (-ASIDE if head[0] > 0 else ASIDE), 0.0, 0.0
+
+
+def _drawn_over(
+    picture: NDArray, strokes: Sequence[Stroke], width: float, colour: tuple[int, int, int]
+) -> NDArray[np.float64]:
+    """A picture (h, w, 3) with lines in a colour."""
+    lines = ink(strokes, picture.shape[1], picture.shape[0], Style(width=width))
+    share = (255 - lines[:, :, None].astype(float)) / 255
+    return picture * (1 - share) + np.array(colour) * share
+
+
+def _beside(vertices: NDArray, camera: Camera) -> Camera:
+    """The same camera with a face in the middle, all of it on the picture."""
+    pixels = camera.project(vertices)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    size = np.array([camera.width, camera.height])
+    half = size / 2 * max(1.0, float(((high - low) / (0.96 * size)).max()))
+    left, top = (low + high) / 2 - half
+    return camera.cropped(
+        left, top, left + 2 * half[0], top + 2 * half[1], camera.width, camera.height
     )
 
 

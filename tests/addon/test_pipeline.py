@@ -265,11 +265,13 @@ def test_the_preview_shows_four_panels(fits):
     h, w, _ = picture.shape
     assert picture.dtype == np.uint8
     assert w % 4 == 0
-    sketch, expression, fitted, overlay = np.split(picture.astype(int), 4, axis=1)
+    sketch, fitted, aside, overlay = np.split(picture.astype(int), 4, axis=1)
     assert np.ptp(sketch, axis=2).max() == 0  # grey
-    for face in (expression, fitted):
-        assert (face[h // 2, w // 8] != 250).any()
-    assert np.abs(expression - fitted).max() > 20
+    for face in (fitted, aside):
+        assert np.ptp(face[h // 2, w // 8]) > 20  # skin
+    hair = (sketch.min(axis=2) < 100) & (np.arange(w // 4) < w // 40)
+    assert hair.any() and (fitted[hair] < 215).all() and np.ptp(fitted[hair], axis=1).max() < 30
+    assert (aside[hair] == 255).all()
     red = (overlay[:, :, 0] - overlay[:, :, 2]) > 80
     blue = (overlay[:, :, 2] - overlay[:, :, 0]) > 80  # what has no place: her hair
     assert red.any() and blue.any()
