@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 def fit_arguments(parser: argparse.ArgumentParser) -> None:
     from addon.pipeline import METHODS, FitOptions
+    from facs_rig.common.settings import settings_of
     from facs_rig.levels import FULL
 
     parser.add_argument(
@@ -55,7 +56,7 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         "--preview",
         type=file_name,
         metavar="P.png",
-        help="write a picture: sketch, expression, fitted face",
+        help="write a picture: sketch, fitted face as drawn and in three quarters, lines of both",
     )
     parser.add_argument(
         "--align",
@@ -86,6 +87,7 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         "first; shape: person and expression alone, the skin stays smooth; thesis: the drawing's "
         f"contours slide over the shaded face (default {FitOptions.method})",
     )
+    _setting_argument(parser, settings_of(FitOptions)["exaggerate"])
     parser.add_argument(
         "--detail",
         metavar="LEVEL",
@@ -134,7 +136,7 @@ def _tweakable_arguments(parser: argparse.ArgumentParser) -> None:
         _setting_argument(group, item)
 
 
-def _setting_argument(group: argparse._ArgumentGroup, item: Field[Any]) -> None:
+def _setting_argument(group: argparse._ActionsContainer, item: Field[Any]) -> None:
     """An option for a setting, made from the field itself."""
     flag, about, kind = "--" + item.name.replace("_", "-"), item.metadata, type(item.default)
     text = about["help"].replace("%", "%%")
@@ -188,6 +190,7 @@ def fit(options: argparse.Namespace) -> int:
         pins=dict(map(_pin, options.pin)),
         expression=dict(assignment(text, "--au", "smile=4") for text in options.au),
         method=options.method,
+        exaggerate=options.exaggerate,
         strokes=options.unmatched,
         stroke_depth=options.stroke_depth,
         stroke_width=options.stroke_width,

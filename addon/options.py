@@ -16,6 +16,7 @@ from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
 METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
 UNMATCHED = ("ignore", "engrave", "emboss")
+MOST_EXAGGERATED = 3.0
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class FitOptions:
     method : 'lines' brings the face's lines to the drawing's; 'shape' finds the same person and
     expression and leaves the skin alone, quick and smooth; 'thesis' lets the drawing's contours
     slide over the shaded face, with all the tweakables of its table (chapter 3)
+    exaggerate : how much of what makes the person and the expression is shown: 1 as drawn, less for
+    plainer, more for a caricature
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
     which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
 
@@ -41,6 +44,14 @@ class FitOptions:
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     expression: Mapping[str, float] = field(default_factory=dict)
     method: str = setting("lines", "The method", choices=METHODS)
+    exaggerate: float = setting(
+        1.0,
+        "Exaggerate",
+        "How much of the drawn person and expression is shown: 0 a plain face, 1 all, 1.5 more",
+        "",
+        0.0,
+        MOST_EXAGGERATED,
+    )
     strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
     stroke_depth: float = setting(
         1.2,

@@ -32,6 +32,7 @@ from facs_rig.common.clock import Clock
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
+from facs_rig.exaggeration import exaggerated
 from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
 
@@ -50,8 +51,9 @@ class FaceFit:
     """A fitted face and how it came about. Pixels are those of `drawing.image`, which stands
     upright however the sketch was handed in.
 
-    fitted : what the method found, and what was carved into it
-    compared : the face held against the sketch, before strokes were carved into it
+    fitted : what the method found, what was carved into it, exaggerated
+    compared : the face held against the sketch, before strokes were carved into it or it was
+    exaggerated
     """
 
     drawing: Drawing
@@ -148,6 +150,8 @@ def fit(
     max_delta = options.tweakables.max_delta
     compared = Comparison(drawing.image, rig, fitted, template, place, max_delta)
     carves = options.strokes != "ignore"
+    if not carves:
+        fitted = _exaggerated(fitted, rig, options.exaggerate)
     if shaped and not carves:
         shaped(fitted.parameters, fitted.offsets)
     clock.lap("fit")
@@ -155,7 +159,7 @@ def fit(
     if carves:
         lost = compared.unmatched
         clock.skip()
-        fitted = _carved(fitted, lost, rig, options)
+        fitted = _exaggerated(_carved(fitted, lost, rig, options), rig, options.exaggerate)
         if shaped:
             shaped(fitted.parameters, fitted.offsets)
     clock.lap("carve")
@@ -263,6 +267,14 @@ def _carved(
         rig, fitted.parameters, fitted.offsets, fitted.camera, strokes, depth, width, profile
     )
     return replace(fitted, offsets=offsets, vertices=rig.pose(fitted.parameters, offsets))
+
+
+def _exaggerated(fitted: Fitted, rig: FaceRig, much: float) -> Fitted:
+    if much == 1:
+        return fitted
+    parameters, offsets = exaggerated(fitted.parameters, fitted.offsets, much)
+    vertices = rig.pose(parameters, offsets)
+    return replace(fitted, parameters=parameters, offsets=offsets, vertices=vertices)
 
 
 def _name(drawing: Drawing) -> str:

@@ -278,6 +278,21 @@ def test_the_preview_shows_four_panels(fits):
     assert blue[: h // 3].sum() > blue[h // 3 : 2 * h // 3, w // 10 : 3 * w // 20].sum()
 
 
+def test_an_exaggerated_face_is_farther_from_the_plain_one_and_as_near_to_the_sketch(fits):
+    plain = fits["smiling_woman"]
+    more = fit(plain.drawing, FitOptions(exaggerate=1.5))
+    np.testing.assert_allclose(more.offsets, 1.5 * plain.offsets, atol=1e-7)
+    assert more.parameters.aus["smile"] == pytest.approx(1.5 * plain.parameters.aus["smile"])
+    assert more.parameters.identity.keys() == plain.parameters.identity.keys()
+    assert more.contour_error_px == plain.contour_error_px
+    np.testing.assert_allclose(more.vertices, more.rig.pose(more.parameters, more.offsets))
+    seen = []
+    fit(plain.drawing, FitOptions(exaggerate=0.5), shaped=lambda *face: seen.append(face))
+    assert seen[0][0].aus["smile"] == pytest.approx(0.5 * plain.parameters.aus["smile"])
+    with pytest.raises(InputError, match="exaggerate"):
+        FitOptions(exaggerate=4.0)
+
+
 def test_pins_override_where_a_landmark_was_found():
     picture, camera, posed = drawn(FaceParameters({"smile": 2.0}))
     plain = fit(picture)

@@ -822,6 +822,11 @@ SETTINGS = {
     "Emboss": "Prägen",
     "Raise them from the skin": "Aus der Haut herausheben",
     "Profile": "Profil",
+    "Exaggerate": "Übertreiben",
+    "How much of the drawn person and expression is shown: 0 a plain face, 1 all, 1.5 more": (
+        "Wie viel von Person und Ausdruck gezeigt wird: 0 ein Durchschnittsgesicht, 1 alles, "
+        "1,5 mehr"
+    ),
     "The cut across a carved stroke": "Der Schnitt quer durch einen geritzten Strich",
     "Crease": "Falten",
     "A groove between low rims": "Eine Rille zwischen niedrigen Rändern",

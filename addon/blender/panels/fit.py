@@ -131,13 +131,14 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
     page = "fit"
 
     def draw(self, context):
-        """Method, symmetry, where the head is; for a face its pins, Fit Again and Live."""
+        """Method, exaggeration, symmetry, where the head is; for a face its pins and Fit Again."""
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         settings = context.scene.sketch_to_face
         column = layout.column()
         column.prop(settings, "method")
+        column.prop(settings, "exaggerate")
         ticks = column.column(align=True)
         ticks.use_property_split = False  # the words beside a tick need the whole width
         if settings.method != "shape":

@@ -115,6 +115,7 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
             ("scar", "Scar", "A groove between high rims"),
         ],
     )
+    exaggerate: blender_property(_OPTIONS["exaggerate"])
     # a stroke of no depth or width is none, and less than this nobody sees
     stroke_depth: blender_property(_OPTIONS["stroke_depth"], min=0.1)
     stroke_width: blender_property(_OPTIONS["stroke_width"], min=0.5)
@@ -141,7 +142,9 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
     )
 
 
-FIT_SETTINGS = ("method", "strokes", "stroke_profile", "stroke_depth", "stroke_width")
+FIT_SETTINGS = (
+    "method", "exaggerate", "strokes", "stroke_profile", "stroke_depth", "stroke_width",
+)  # fmt: skip
 
 
 def fit_values(context, face=None) -> dict:
