@@ -40,13 +40,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--limit", type=int, help="read at most so many drawings")
     parser.add_argument(
-        "--only", metavar="UNITS", help="train the networks of these units alone, with commas"
+        "--only",
+        metavar="UNITS",
+        help="train the networks of these units alone, with commas, or 'person', who is drawn",
     )
     parser.add_argument(
         "--start",
         type=Path,
         help="go on from the networks of this folder, such as classifiers/weights; with --only the "
-        "checkpoint that the rest is taken from",
+        "checkpoint or folder that the rest is taken from",
     )
     parser.add_argument(
         "--blend",
@@ -101,7 +103,7 @@ def train(options: argparse.Namespace) -> None:
     if config.agree and config.pool:
         raise InputError("--agree compares drawings of one batch, which --pool mixes: choose one.")
     for names in (options.only, options.baseline):
-        if names is not None:
+        if names is not None and names != "person":
             chosen(names)  # a slip in a name is told before the drawings are read
     data = shards.load(*options.data, limit=options.limit, jobs=max(config.workers, 1))
     if options.speed:
@@ -117,9 +119,10 @@ def train(options: argparse.Namespace) -> None:
             train_baseline(data, unit, options.out, config)
         return
     if options.only:
-        from classifiers.training.retrain import retrain
+        from classifiers.training.retrain import PERSON, retrain
 
-        checkpoint = retrain(data, options.start, chosen(options.only), options.out, config)
+        only = (PERSON,) if options.only == PERSON else chosen(options.only)
+        checkpoint = retrain(data, options.start, only, options.out, config)
     else:
         from classifiers.training.train import train as train_all
 

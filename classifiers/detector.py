@@ -28,7 +28,15 @@ from .plausible import (
     trouble,
     upright,
 )
-from .preprocess import Floats, as_page, bounding_landmarks, even_ink, face_box, ink_square
+from .preprocess import (
+    WIDER,
+    Floats,
+    as_page,
+    bounding_landmarks,
+    even_ink,
+    face_box,
+    ink_square,
+)
 from .runtime import DESCRIPTION, FORMAT, THREADS, WEIGHTS, Answers, Runtime, sigmoid
 
 __all__ = [
@@ -175,7 +183,7 @@ class Reading:
     others : further faces on the page, largest first
     apart : mean distance between the landmarks of the last look and of its mirror image, crop units
     nose : see `plausible.nose_ink`
-    person : (p, 2) mean and log of the spread of each parameter of the person
+    person : (p, 2) mean and log of the spread of each parameter of the person, see `together`
     """
 
     logits: NDArray[np.float64]
@@ -286,14 +294,15 @@ class Detector:
     def read(
         self, page: Floats, head: Box | None = None, turns: Sequence[float] = TURNS
     ) -> Reading:
-        """Three looks at a page of ink (h, w).
+        """Three looks at a page of ink (h, w), and one more for who is drawn.
 
         The first at all of it, or at the given `head`, finds the faces. The second at the box of
         the largest finds its landmarks, and so a better box, and is taken again in a turned box
         until the face is upright in it; if no face was found, the first look is taken for it. The
         third, at that box, reads the face. A box that the third look sees no face in is given up
         for the next smaller one, and in the end for all the ink. Where the face is in doubt, the
-        same is done with the page turned by `turns`, radians, and the surest reading counts.
+        same is done with the page turned by `turns`, radians, and the surest reading counts. The
+        person is read from face, hair and shoulders as well.
         """
         whole = ink_square(page) if head is None else squared(head)
         reading = self._read(page, whole)
@@ -304,7 +313,10 @@ class Detector:
             known = expected_error(turned) <= LIKELY  # a profile is a face at a slant to many
             if known and turned.face > reading.face + SURER:
                 reading = turned
-        return reading
+        if not self.person:
+            return reading
+        around = self.look_both_ways(area_resample(page, widened(reading.box, WIDER), self.size))
+        return replace(reading, person=together(reading.person, around.person[0]))
 
     def _read(self, page: Floats, whole: Box) -> Reading:
         """The three looks at a crop of the page, which may be turned."""
@@ -385,6 +397,18 @@ class Detector:
             float(np.linalg.norm(a.landmarks[0] - flipped, axis=1).mean()),
             a.person.mean(axis=0, keepdims=True),
         )
+
+
+def together(*looks: NDArray) -> NDArray[np.float64]:
+    """What several looks say of a person, (p, 2) mean and log of the spread, as one.
+
+    Each counts by its precision; the precision of all is the mean of theirs, since looks at one
+    drawing err together.
+    """
+    means, spreads = np.stack(looks, axis=-1).astype(float).swapaxes(0, 1)
+    precision = np.exp(-2 * spreads)
+    mean = (precision * means).sum(axis=-1) / precision.sum(axis=-1)
+    return np.stack([mean, -0.5 * np.log(precision.mean(axis=-1))], axis=-1)
 
 
 def load_detector(folder: Path = WEIGHTS, threads: int = THREADS) -> Detector:

@@ -19,6 +19,8 @@ Floats = NDArray[np.float32]
 # The second look: the landmarks' box from chin to forehead, and a little more, since they are only
 # found to a few hundredths of it.
 FACE_MARGIN = 1.12
+# Who is drawn is told by hair and shoulders, too: so much more than the face is looked at for that.
+WIDER = 1.8
 PAGE_MARGIN = 1.06
 TYPICAL_INK = 0.6
 LARGE = 512

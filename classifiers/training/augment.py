@@ -18,8 +18,9 @@ from PIL import Image
 from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
+from ..finding import widened
 from ..labels import mirror_order
-from ..preprocess import bounding_landmarks, even_ink, face_box, ink_square
+from ..preprocess import WIDER, bounding_landmarks, even_ink, face_box, ink_square
 from . import scribbles
 from .negatives import faceless
 from .scribbles import Frame, Pen
@@ -29,8 +30,9 @@ from .toning import toned
 Ink = NDArray[np.uint8]
 Floats = NDArray[np.float32]
 
-NEAR, MID, FAR, NO_FACE = 0, 1, 2, 3
-SHARES = (0.74, 0.08, 0.10, 0.08)  # of examples: third look, second look, first look, no face
+NEAR, MID, FAR, NO_FACE, WIDE = 0, 1, 2, 3, 4
+# Of examples: third look, second look, first look, no face, the look at hair and shoulders.
+SHARES = (0.68, 0.08, 0.10, 0.08, 0.06)
 PAD = 32  # px of paper added around a drawing, for hair that reaches over its edge
 MOST_FACES = 4  # on one page
 CROWDS = 0.35  # of first looks, those with more than one face
@@ -348,15 +350,16 @@ def example(
     kind: int | None = None,
     another: Callable[[Generator], tuple[Ink, NDArray]] | None = None,
     flip: bool | None = None,
+    shares: Sequence[float] = SHARES,
 ) -> Example:
     """One training example from drawing (h, w) uint8, 255 = paper, and row `row` of the targets.
 
-    kind : NEAR, MID, FAR or NO_FACE; drawn by SHARES if not given.
+    kind : NEAR, MID, FAR, NO_FACE or WIDE; drawn by `shares` if not given.
     another : some other drawing and its landmarks, for pages with several faces
     flip : whether it is mirrored; by lot if not given
     """
     if kind is None:
-        kind = int(rng.choice(4, p=SHARES))
+        kind = int(rng.choice(len(shares), p=shares))
     active, intensity, angles = targets.active[row], targets.intensity[row], targets.angles[row]
     points = targets.landmarks[row]
     boxes = np.full((MOST_FACES, 3), np.nan)
@@ -386,6 +389,9 @@ def example(
             crop = ink_square(ink.astype(np.float32))
         elif kind == FAR:
             crop = first_look(ink, bounds, rng)
+        elif kind == WIDE:
+            room = WIDER * float(np.exp(rng.normal(0, 0.1)))
+            crop = widened(jittered(bounds, 1.0, rng), room)
         else:
             crop = jittered(bounds, 1.0 if kind == NEAR else 2.5, rng)
         points = crop.to_units(page_points).astype(np.float32)

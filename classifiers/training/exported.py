@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import onnx
 import torch
@@ -16,6 +17,25 @@ from .network import Convolution, Networks
 
 # Parts that stand in an export by their own names; those of an older one may lack the last.
 PARTS = ("geometry.", "finder.", "person.")
+
+
+def opened(folder: Path) -> tuple[Networks, dict[str, Any]]:
+    """The networks of an exported folder, and what a checkpoint would tell of their training."""
+    model = read_description(folder)
+    networks = Networks(model["aus"], model["landmarks"], model["size"])
+    load_exported(networks, folder)
+    past = model.get("training", {})
+    saved = {
+        "aus": model["aus"],
+        "landmarks": model["landmarks"],
+        "person": list(networks.person_names),
+        "config": past.get("config", {}),
+        "step": past.get("steps", 0),
+        "seconds": 60 * past.get("minutes", 0.0),
+        "retrained": past.get("retrained", []),
+        "blend": past.get("blend", 1.0),
+    }
+    return networks.eval(), saved
 
 
 def load_exported(networks: Networks, folder: Path) -> None:

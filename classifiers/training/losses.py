@@ -8,7 +8,7 @@ from torch.nn import functional as F  # noqa: N812
 
 from ..finding import BELL
 from ..labels import FULL
-from .augment import MID, NEAR, NO_FACE
+from .augment import MID, NEAR, NO_FACE, WIDE
 
 YES = 2.5  # how much a yes counts: most actions are rare, and calibration follows anyway
 WHO = 0.5  # how much the person counts
@@ -43,12 +43,17 @@ def loss_parts(
         "spread": 0.02 * (doubt * close).sum() / many,
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
-        "person": WHO * person_loss(person, batch["person"], (kind == NEAR).float()),
+        "person": WHO * person_loss(person, batch["person"], tells_who(kind)),
     }
     if agree:
         told = agreement_loss(units, batch["active"], batch["twin"], close.bool())
         parts["agree"] = agree * told
     return parts
+
+
+def tells_who(kind: Tensor) -> Tensor:
+    """(b,) 1 for the looks that the person is read from, else 0."""
+    return ((kind == NEAR) | (kind == WIDE)).float()
 
 
 def unit_losses(

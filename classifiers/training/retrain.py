@@ -1,7 +1,7 @@
-"""One action unit's network trained anew, all else as it is: `sketch2face train --only smile`.
+"""One network trained anew, all else as it is: `sketch2face train --only smile`, or `person`.
 
-The trunk, the other units and the geometry come from a checkpoint and stay as they are, to the bit:
-the unit's convolution, pooling and softmax learn on features that do not change.
+The trunk, the other networks and the geometry come from a checkpoint or an exported folder and stay
+as they are, to the bit: what is trained learns on features that do not change.
 """
 
 from __future__ import annotations
@@ -12,15 +12,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import torch
+from torch import Tensor
 
 from facs_rig.common.errors import InputError
 
 from . import shards
-from .augment import MID, NEAR, Names
+from .augment import MID, NEAR, SHARES, Names
 from .common import CHECKPOINT, Batches, Config, load_networks, log, rate_at, save, usable
-from .losses import unit_losses
-from .network import DROPOUT, side_by_side
+from .exported import opened
+from .losses import person_loss, tells_who, unit_losses
+from .network import DROPOUT, Networks, side_by_side
 from .targets import encode_all
+from .train import stream
+
+PERSON = "person"  # instead of units: the network that tells who is drawn
+LOOKS = (0.5, 0.0, 0.0, 0.0, 0.5)  # of its examples: half of them near, half of them wide
 
 
 def retrain(
@@ -32,26 +38,31 @@ def retrain(
 ) -> Path:
     """Train the heads named in `only` for `config.minutes` on their own loss; -> out's checkpoint.
 
-    Raises InputError if `start` is no checkpoint or lacks one of the units, or if `out` holds a
+    only : units, or PERSON alone      start : a checkpoint, or a folder of exported networks
+
+    Raises InputError if `start` is neither or lacks one of the units, or if `out` holds a
     checkpoint already.
     """
     path = out / CHECKPOINT
     if path.exists():
         raise InputError(f"{path} would be overwritten: choose another --out.")
-    networks, saved = load_networks(start)
-    if missing := [name for name in only if name not in saved["aus"]]:
+    networks, saved = opened(start) if start.is_dir() else load_networks(start)
+    person = list(only) == [PERSON]
+    if missing := [name for name in only if not person and name not in saved["aus"]]:
         raise InputError(f"{start} knows no {', '.join(missing)}: train all units first.")
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     networks = networks.to(memory_format=torch.channels_last).requires_grad_(False)
-    heads = [networks.heads[name].requires_grad_(True) for name in only]
-    columns = [saved["aus"].index(name) for name in only]
+    heads = [networks.person] if person else [networks.heads[name] for name in only]
+    for head in heads:
+        head.requires_grad_(True)
 
     config = replace(config, size=networks.size)
     rows, _ = usable(data, config)
     names = Names.of(saved["aus"], saved["landmarks"])
     targets = encode_all(data, saved["aus"], saved["landmarks"])
-    batches = Batches(data, targets, rows, names, config)
+    batches = Batches(data, targets, rows, names, config, LOOKS if person else SHARES)
+    made = stream(batches, 0)
     optimiser = torch.optim.AdamW(
         [parameter for head in heads for parameter in head.parameters()],
         lr=config.rate,
@@ -63,14 +74,14 @@ def retrain(
         progress = max(used / (config.minutes * 60), step / config.steps if config.steps else 0.0)
         for group in optimiser.param_groups:
             group["lr"] = config.rate * rate_at(progress, config)
-        batch = {name: torch.as_tensor(values) for name, values in batches[step].items()}
-        weight = (batch["kind"] == NEAR).float() + config.mid_weight * (batch["kind"] == MID)
+        batch = {name: torch.as_tensor(values) for name, values in next(made).items()}
         ink = batch["ink"][:, None].contiguous(memory_format=torch.channels_last)
         with torch.no_grad():
             features = networks.trunk(ink)
-        units = side_by_side(heads, features, DROPOUT)
-        active, intensity = batch["active"][:, columns], batch["intensity"][:, columns]
-        loss = torch.stack([*unit_losses(units, active, intensity, weight).values()]).sum()
+        if person:
+            loss = _person(networks, features, batch)
+        else:
+            loss = _units(networks, only, features, batch, config.mid_weight)
         optimiser.zero_grad(set_to_none=True)
         loss.backward()
         optimiser.step()
@@ -84,3 +95,19 @@ def retrain(
     earlier = saved.get("retrained", [])
     save(path, saved | {"networks": networks.state_dict(), "retrained": [*earlier, again]})
     return path
+
+
+def _units(
+    networks: Networks, only: Sequence[str], features: Tensor, batch: dict[str, Tensor], mid: float
+) -> Tensor:
+    columns = [networks.aus.index(name) for name in only]
+    weight = (batch["kind"] == NEAR).float() + mid * (batch["kind"] == MID)
+    answers = side_by_side([networks.heads[name] for name in only], features, DROPOUT)
+    active, intensity = batch["active"][:, columns], batch["intensity"][:, columns]
+    return torch.stack([*unit_losses(answers, active, intensity, weight).values()]).sum()
+
+
+def _person(networks: Networks, features: Tensor, batch: dict[str, Tensor]) -> Tensor:
+    with torch.no_grad():
+        points = networks.geometry(features)[0][:, :, :2]
+    return person_loss(networks.person(features, points), batch["person"], tells_who(batch["kind"]))

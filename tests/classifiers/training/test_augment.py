@@ -15,6 +15,7 @@ from classifiers.training.augment import (
     NEAR,
     NO_FACE,
     PAD,
+    WIDE,
     Names,
     artistic_page,
     example,
@@ -70,7 +71,7 @@ def test_the_same_seed_makes_the_same_example(data, names):
     assert not np.array_equal(make(data, names, 5, NEAR).ink, make(data, names, 6, NEAR).ink)
 
 
-@pytest.mark.parametrize("kind", [NEAR, FAR, NO_FACE])
+@pytest.mark.parametrize("kind", [NEAR, FAR, NO_FACE, WIDE])
 def test_examples_are_pages_of_ink(data, names, kind):
     for seed in range(8):
         one = make(data, names, seed, kind, row=seed)
@@ -79,6 +80,8 @@ def test_examples_are_pages_of_ink(data, names, kind):
         assert np.isfinite(one.ink).all()
     if kind == NEAR:
         assert one.landmarks.min() > -0.35 and one.landmarks.max() < 1.35
+    if kind == WIDE:  # the face takes the middle half
+        assert 0.05 < one.landmarks.min() and one.landmarks.max() < 0.95
 
 
 def test_points_move_with_the_page_that_is_turned_and_bent():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from classifiers import load_detector
+from classifiers.detector import together
 from classifiers.labels import PERSON
 from classifiers.training.calibration import person_spreads
 from classifiers.training.evaluate import person_figures
@@ -68,6 +69,18 @@ def test_the_loss_is_least_for_the_truth_with_its_true_spread():
     assert max(map(abs, slope(middle, true))) < 2e-3  # a stationary point
     assert slope(middle + 0.1, true)[0] > 0.05 and slope(middle - 0.1, true)[0] < -0.05
     assert slope(middle, 1.2 * true)[1] > 0.05 and slope(middle, 0.8 * true)[1] < -0.05
+
+
+def test_looks_at_a_person_count_by_how_sure_they_are():
+    sure, vague = np.log(0.1), np.log(0.3)
+    near = np.array([[0.2, sure], [1.0, vague], [0.5, sure]])
+    wide = np.array([[0.8, sure], [0.0, sure], [0.5, sure]])
+    both = together(near, wide)
+    np.testing.assert_allclose(both[:, 0], [0.5, 0.1, 0.5])
+    np.testing.assert_allclose(both[[0, 2], 1], sure)
+    assert sure < both[1, 1] < vague
+    np.testing.assert_allclose(together(near, near), near)
+    np.testing.assert_allclose(together(near, wide), together(wide, near))
 
 
 def test_what_is_not_known_of_a_person_does_not_count():

@@ -35,7 +35,7 @@ from classifiers.training.common import (  # noqa: E402
     validation_batch,
 )
 from classifiers.training.export import write_description  # noqa: E402
-from classifiers.training.exported import blend, load_exported  # noqa: E402
+from classifiers.training.exported import blend, load_exported, opened  # noqa: E402
 from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.training.targets import encode, encode_all  # noqa: E402
@@ -430,6 +430,20 @@ def test_a_unit_trained_alone_learns(loaded, tmp_path):
         score = (units[:, column, 1] - units[:, column, 0]).numpy()
         scores.append(metrics.auc(batch["active"][:, column], score))
     assert scores[1] > max(0.8, scores[0] + 0.15), scores
+
+
+def test_who_is_drawn_is_trained_alone_on_exported_networks(fresh_weights, cartoons, tmp_path):
+    options = ["--data", str(cartoons), "--only", "person", "--start", str(fresh_weights)]
+    options += ["--out", str(tmp_path / "who"), "--no-export", "--size", "64"]
+    assert main(["train", *options, "--steps", "3", "--batch", "8", "--threads", "1"]) == 0
+    before, _ = opened(fresh_weights)
+    now, saved = load_networks(tmp_path / "who" / CHECKPOINT)
+    old, new = before.state_dict(), now.state_dict()
+    other = {name for name in old if not torch.equal(old[name], new[name])}
+    assert other and all(name.startswith("person.") for name in other)
+    assert saved["retrained"] == [{"units": ["person"], "steps": 3, "images": 24}]
+    model = json.loads((fresh_weights / "model.json").read_text())
+    assert saved["config"] == model["training"]["config"] and saved["aus"] == model["aus"]
 
 
 def test_units_trained_alone_need_a_whole_checkpoint(loaded, cartoons, tmp_path, capsys):
