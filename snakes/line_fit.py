@@ -6,7 +6,7 @@ compared, which is quicker and comes closer (docs/fit.md); `snakes.fit` is the t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock
 from facs_rig.common.polylines import line_length
 
+from .brows import brow_thickness
 from .contours import head_box
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
@@ -87,8 +88,13 @@ def fit_lines(
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
     parameters, camera = fit_shape(drawn, coarse_rig(rig), parameters, camera, observed)
+    posed = rig.pose(parameters)
+    thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
+    if thick is not None:
+        identity = {**parameters.identity, "brow_thickness": round(thick, 4)}
+        parameters = replace(parameters, identity=identity)
     clock.lap("shape")
-    model = face_contours(rig, rig.pose(parameters), camera) if pull else None
+    model = face_contours(rig, posed, camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
         offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, observed.pins)
