@@ -42,7 +42,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--only",
         metavar="UNITS",
-        help="train the networks of these units alone, with commas, or 'person', who is drawn",
+        help="train the networks of these units alone, with commas, or those of 'person,regions': "
+        "who is drawn, and what lies where",
     )
     parser.add_argument(
         "--start",
@@ -103,7 +104,7 @@ def train(options: argparse.Namespace) -> None:
     if config.agree and config.pool:
         raise InputError("--agree compares drawings of one batch, which --pool mixes: choose one.")
     for names in (options.only, options.baseline):
-        if names is not None and names != "person":
+        if names is not None and not alone(names):
             chosen(names)  # a slip in a name is told before the drawings are read
     data = shards.load(*options.data, limit=options.limit, jobs=max(config.workers, 1))
     if options.speed:
@@ -119,9 +120,9 @@ def train(options: argparse.Namespace) -> None:
             train_baseline(data, unit, options.out, config)
         return
     if options.only:
-        from classifiers.training.retrain import PERSON, retrain
+        from classifiers.training.retrain import retrain
 
-        only = (PERSON,) if options.only == PERSON else chosen(options.only)
+        only = alone(options.only) or chosen(options.only)
         checkpoint = retrain(data, options.start, only, options.out, config)
     else:
         from classifiers.training.train import train as train_all
@@ -133,6 +134,12 @@ def train(options: argparse.Namespace) -> None:
         weights = options.weights or options.out / "weights"
         start = None if options.only else options.start
         export(checkpoint, data, weights, log.info, options.read, start, options.blend)
+
+
+def alone(names: str) -> tuple[str, ...]:
+    """The parts of the networks that are no units, named with commas; none if others are named."""
+    wanted = tuple(name for name in names.replace(" ", "").split(",") if name)
+    return wanted if wanted and set(wanted) <= {"person", "regions"} else ()
 
 
 def chosen(names: str) -> tuple[str, ...]:

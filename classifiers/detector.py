@@ -18,6 +18,7 @@ from facs_rig.common.images import area_resample
 from .conflicts import resolve
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
+from .mask import Mask
 from .plausible import (
     HIDDEN,
     LIKELY,
@@ -96,6 +97,7 @@ class Detection:
     (standard deviation)
     turn : quarter turns anticlockwise, 0..3, by which the drawing was turned to be read; all pixels
     here are those of the turned one
+    mask : where on the drawing face, hair and beard are, of networks that tell
     trouble : one of `plausible`, why nothing can be read; empty if a face was found. Without one
     nothing is active
     """
@@ -111,6 +113,7 @@ class Detection:
     turn: int = 0
     trouble: str = ""
     person: dict[str, tuple[float, float]] = field(default_factory=dict)
+    mask: Mask | None = field(default=None, compare=False)
 
     @property
     def clockwise(self) -> int:
@@ -184,6 +187,7 @@ class Reading:
     apart : mean distance between the landmarks of the last look and of its mirror image, crop units
     nose : see `plausible.nose_ink`
     person : (p, 2) mean and log of the spread of each parameter of the person, see `together`
+    mask : where face, hair and beard are, of networks that tell
     """
 
     logits: NDArray[np.float64]
@@ -197,6 +201,7 @@ class Reading:
     apart: float = 0.0
     nose: float = 1.0
     person: NDArray = field(default_factory=lambda: np.zeros((0, 2)))
+    mask: Mask | None = field(default=None, compare=False)
 
 
 class Detector:
@@ -275,6 +280,7 @@ class Detector:
             turn=turn,
             trouble=why,
             person=self._person(reading.person),
+            mask=reading.mask,
         )
 
     def _person(self, told: NDArray) -> dict[str, tuple[float, float]]:
@@ -315,8 +321,13 @@ class Detector:
                 reading = turned
         if not self.person:
             return reading
-        around = self.look_both_ways(area_resample(page, widened(reading.box, WIDER), self.size))
-        return replace(reading, person=together(reading.person, around.person[0]))
+        box = widened(reading.box, WIDER)
+        around = self.look_both_ways(area_resample(page, box, self.size))
+        return replace(
+            reading,
+            person=together(reading.person, around.person[0]),
+            mask=Mask(box, sigmoid(around.regions[0])) if around.regions.size else None,
+        )
 
     def _read(self, page: Floats, whole: Box) -> Reading:
         """The three looks at a crop of the page, which may be turned."""
@@ -396,6 +407,7 @@ class Detector:
             a.found[:1],
             float(np.linalg.norm(a.landmarks[0] - flipped, axis=1).mean()),
             a.person.mean(axis=0, keepdims=True),
+            (a.regions[:1] + a.regions[1:, :, :, ::-1]) / 2,
         )
 
 

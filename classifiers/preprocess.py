@@ -24,6 +24,7 @@ WIDER = 1.8
 PAGE_MARGIN = 1.06
 TYPICAL_INK = 0.6
 LARGE = 512
+STRIDE = 16  # pixels of that square to a side of the cells in which the networks answer
 
 
 def as_page(drawing: NDArray) -> Floats:

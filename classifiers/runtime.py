@@ -37,6 +37,7 @@ class Answers:
     face : (b,) logit that there is one      found : (b, c, c, 4) see `finding.faces_on`
     apart : of a mean of two looks, the mean distance of their landmarks, crop units
     person : (b, p, 2) mean and log of the spread of what is told of the person; p may be 0
+    regions : (b, r, c, c) logits of how much of a cell is of each of `labels.REGIONS`; r may be 0
     """
 
     logits: NDArray
@@ -48,6 +49,7 @@ class Answers:
     found: NDArray
     apart: float = 0.0
     person: NDArray = field(default_factory=lambda: np.zeros((1, 0, 2)))
+    regions: NDArray = field(default_factory=lambda: np.zeros((1, 0, 1, 1)))
 
 
 def sigmoid(logit: NDArray) -> NDArray[np.float64]:
@@ -79,7 +81,7 @@ class Runtime:
             places[:, :, 2],
             answers["face"],
             answers["found"],
-            **({"person": answers["person"]} if "person" in answers else {}),
+            **{name: answers[name] for name in ("person", "regions") if name in self.model},
         )
 
     def _check(self, path: Path) -> None:

@@ -25,6 +25,7 @@ from .sampling import DEFAULT, SCHEMES, Sample, sample_face, sample_rng
 SIZE = 256
 ENGINES = ("contours", "conventions", "freestyle")
 STROKE_STEP = 3.0  # pixels between the stored points of a stroke
+OUTLINE_STEP = 2  # of the points of a region's outline, every so many are stored
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,11 @@ def make_sample(
     }
     if "drawn_landmarks" in meta:
         meta["drawn_landmarks"] = _named(page, meta["drawn_landmarks"])
+    if "regions" in meta:
+        meta["regions"] = {
+            name: [through(page.matrix, outline).round(1).tolist() for outline in outlines]
+            for name, outlines in meta["regions"].items()
+        }
     if strokes:
         meta["strokes"] = stroke_lists(page.strokes, step=STROKE_STEP)
     return page.picture, meta
@@ -156,12 +162,16 @@ def _by_convention(
     """By an artist, drawn by lot from an rng of its own."""
     artist = sample_artist(rng, sample.parameters.identity)
     camera, style = zoomed(sample.camera, artist.room), artist.styled(sample.style)
-    lines, places = draw_by_convention(
+    lines, places, regions = draw_by_convention(
         rig, vertices, camera, sample.parameters, artist, style.width, rng
     )
     told = {
         "artist": artist.to_json(),
         "hidden": list(artist.hidden),
         "drawn_landmarks": places,
+        "regions": {
+            name: [outline[::OUTLINE_STEP] for outline in outlines]
+            for name, outlines in regions.items()
+        },
     }
     return Drawn(lines, camera, style, tuple(sorted({line.kind for line in lines})), told)

@@ -63,7 +63,7 @@ def drawn_features() -> Picture:
         row = []
         for way in ways[:columns]:
             artist = replace(Artist(clothes="none", room=1.0, cut="swept"), **{feature: way})
-            strokes, _ = draw_by_convention(
+            strokes, *_ = draw_by_convention(
                 rig, vertices, zoomed(camera, 1.25 if feature == "finish" else 1.0), face, artist,
                 4.0, np.random.default_rng(1),
             )  # fmt: skip

@@ -19,10 +19,11 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from ..finding import widened
-from ..labels import mirror_order
-from ..preprocess import WIDER, bounding_landmarks, even_ink, face_box, ink_square
+from ..labels import REGIONS, mirror_order
+from ..preprocess import STRIDE, WIDER, bounding_landmarks, even_ink, face_box, ink_square
 from . import scribbles
 from .negatives import faceless
+from .regions import Outlines
 from .scribbles import Frame, Pen
 from .targets import Targets, manly, rotated_in_picture
 from .toning import toned
@@ -49,6 +50,7 @@ class Example:
     ink : (size, size) float32     landmarks : (m, 2) in crop units      angles : radians
     boxes : (MOST_FACES, 3) of each face's box u, v of the middle and the side, crop units, or nan
     person : (p,) who it is, see `labels.PERSON`, or nan
+    regions : (r, 2 c, 2 c) how much of each half cell is of each of `labels.REGIONS`, or nan
     """
 
     ink: Floats
@@ -59,6 +61,7 @@ class Example:
     landmarks: Floats
     boxes: Floats
     person: Floats
+    regions: Floats
 
 
 @dataclass(frozen=True)
@@ -176,10 +179,16 @@ def worn(ink: Ink, rng: Generator) -> Ink:
 
 
 def decorated(
-    ink: Ink, points: NDArray, names: Names, folds: bool, man: float, rng: Generator
+    ink: Ink,
+    points: NDArray,
+    names: Names,
+    folds: bool,
+    man: float,
+    rng: Generator,
+    bald: bool = True,
 ) -> Ink:
     """What an artist might add; `folds`: the expression deepens the nasolabial folds; `man`: how
-    much of a man is drawn, 0..1."""
+    much of a man is drawn, 0..1; `bald`: there is no hair yet."""
     image = Image.fromarray(ink)
     pen = Pen(image, Frame.of(points, names.landmarks))
     chance = rng.random(8)
@@ -189,7 +198,7 @@ def decorated(
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 5)))
     elif chance[0] < 0.3:  # older faces have them at rest
         scribbles.cheek_folds(pen, rng, int(rng.integers(1, 3)))
-    if chance[1] < 0.14 * man:
+    if bald and chance[1] < 0.14 * man:
         scribbles.beard(pen, rng)
     if chance[2] < 0.2:
         scribbles.hatching(pen, rng)
@@ -199,7 +208,7 @@ def decorated(
         scribbles.shoulders(pen, rng)
     if chance[4] < 0.08:
         scribbles.glasses(pen, rng)
-    if chance[5] < 0.6:
+    if bald and chance[5] < 0.6:
         scribbles.hair(Pen(image, pen.frame.skull()), rng, man)
     ink = np.array(image)
     return toned(ink, pen.frame.skull(), rng) if chance[7] < TONED else ink
@@ -319,15 +328,23 @@ def mirrored(example: Example, names: Names) -> Example:
         landmarks.astype(np.float32),
         boxes.astype(np.float32),
         example.person,
+        np.ascontiguousarray(example.regions[:, :, ::-1]),
     )
 
 
 def artistic_page(
-    drawing: Ink, points: NDArray, folds: bool, man: float, names: Names, rng: Generator
+    drawing: Ink,
+    points: NDArray,
+    folds: bool,
+    man: float,
+    names: Names,
+    rng: Generator,
+    bald: bool = True,
 ) -> tuple[Ink, NDArray, float]:
     """A drawing as an artist's page: ink (h + 2 PAD, w + 2 PAD) uint8, its points, the turn (rad).
 
-    drawing : (h, w) uint8, 255 = paper;  points : (m, 2) px;  folds, man : see `decorated`.
+    drawing : (h, w) uint8, 255 = paper;  points : (m, 2) px, the landmarks and whatever else is to
+    move along;  folds, man, bald : see `decorated`.
     """
     ink = np.pad(255 - drawing, PAD)
     points = points + PAD
@@ -337,7 +354,7 @@ def artistic_page(
     if rng.random() < 0.5:
         ink, points, turn = turned_and_bent(ink, points, rng)
     ink = worn(ink, rng)
-    return decorated(ink, points, names, folds, man, rng), points, turn
+    return decorated(ink, points, names, folds, man, rng, bald), points, turn
 
 
 def example(
@@ -351,18 +368,22 @@ def example(
     another: Callable[[Generator], tuple[Ink, NDArray]] | None = None,
     flip: bool | None = None,
     shares: Sequence[float] = SHARES,
+    outlines: Outlines | None = None,
 ) -> Example:
     """One training example from drawing (h, w) uint8, 255 = paper, and row `row` of the targets.
 
     kind : NEAR, MID, FAR, NO_FACE or WIDE; drawn by `shares` if not given.
     another : some other drawing and its landmarks, for pages with several faces
     flip : whether it is mirrored; by lot if not given
+    outlines : of what lies where on the drawing, if that is known
     """
     if kind is None:
         kind = int(rng.choice(len(shares), p=shares))
     active, intensity, angles = targets.active[row], targets.intensity[row], targets.angles[row]
     points = targets.landmarks[row]
     boxes = np.full((MOST_FACES, 3), np.nan)
+    cells = 2 * size // STRIDE
+    regions = np.full((len(REGIONS), cells, cells), np.nan, np.float32)
     if kind == NO_FACE:
         ink = worn(faceless(rng, np.uint8(255) - drawing), rng)
         crop = (
@@ -375,7 +396,12 @@ def example(
     else:
         folds = bool(np.any(intensity[names.folded] >= 1.5))
         man = manly(targets.person[row])
-        ink, page_points, turn = artistic_page(drawing, points, folds, man, names, rng)
+        if outlines:
+            points = np.concatenate([points, outlines.points])
+        ink, page_points, turn = artistic_page(
+            drawing, points, folds, man, names, rng, bald=outlines is None
+        )
+        page_points, moved = np.split(page_points, [len(names.landmarks)])
         bounds = page_points[names.bounding]
         others: list[Box] = []
         if kind == FAR and another and rng.random() < CROWDS:
@@ -395,6 +421,8 @@ def example(
         else:
             crop = jittered(bounds, 1.0 if kind == NEAR else 2.5, rng)
         points = crop.to_units(page_points).astype(np.float32)
+        if outlines and kind in (NEAR, WIDE):
+            regions = outlines.mask(moved, crop, cells)
         for k, box in enumerate([face_box(bounds), *others]):
             middle = crop.to_units(np.array([box.left + box.width / 2, box.top + box.height / 2]))
             boxes[k] = *middle, box.width / np.sqrt(crop.width * crop.height)
@@ -408,7 +436,7 @@ def example(
     small = even_ink(small)
     made = Example(
         small, kind, active, intensity, angles, points, boxes.astype(np.float32),
-        targets.person[row],
+        targets.person[row], regions,
     )  # fmt: skip
     flip = rng.random() < 0.5 if flip is None else flip
     return mirrored(made, names) if flip else made

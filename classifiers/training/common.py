@@ -18,6 +18,7 @@ from facs_rig.common.files import Outputs
 
 from . import shards
 from .augment import NEAR, SHARES, Example, Names, example
+from .regions import Outlines
 from .targets import Targets
 
 if TYPE_CHECKING:
@@ -117,6 +118,7 @@ class Batches:
                 example(
                     self.data.drawings[i], self.targets, i, self.names, self.config.size, rng,
                     another=self.another, flip=bool(flip), shares=self.shares,
+                    outlines=Outlines.of(self.data.records[i]),
                 )
                 for i, flip in zip(rows, flips, strict=True)
             ]
@@ -198,5 +200,8 @@ def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
             f"{checkpoint} cannot be read: name a checkpoint.pt of a training."
         ) from None
     networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"], saved["person"])
-    networks.load_state_dict(saved["networks"])
+    # A checkpoint may be older than a part of the networks.
+    lacking, unknown = networks.load_state_dict(saved["networks"], strict=False)
+    if unknown or not all(name.startswith("regions.") for name in lacking):
+        raise InputError(f"{checkpoint} is of other networks than these.")
     return networks.eval(), saved

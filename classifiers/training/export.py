@@ -24,6 +24,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from ..detector import DESCRIPTION, FORMAT, Detector, Reading
+from ..labels import REGIONS
 from ..runtime import checksum
 from . import shards
 from .augment import Names, artistic_page
@@ -35,7 +36,7 @@ from .readings import pages_of, read_all
 from .targets import Targets, encode_all, manly, rotated_in_picture
 
 ONNX = "detector.onnx"
-OUTPUTS = ("units", "landmarks", "angles", "face", "found", "person")
+OUTPUTS = ("units", "landmarks", "angles", "face", "found", "person", "regions")
 TOLERANCE = 1e-4
 OPSET = 17
 READ = 4000  # held-out drawings at most, each twice
@@ -180,6 +181,7 @@ def export(
             "aus": saved["aus"],
             "landmarks": saved["landmarks"],
             "person": saved["person"],
+            **({"regions": list(REGIONS)} if saved.get("regions") else {}),
             "temperatures": dict.fromkeys(saved["aus"], 1.0),
             "offsets": dict.fromkeys(saved["aus"], 0.0),
             "thresholds": dict.fromkeys(saved["aus"], 0.5),

@@ -16,7 +16,7 @@ from ..runtime import read_description
 from .network import Convolution, Networks
 
 # Parts that stand in an export by their own names; those of an older one may lack the last.
-PARTS = ("geometry.", "finder.", "person.")
+PARTS = ("geometry.", "finder.", "person.", "regions.")
 
 
 def opened(folder: Path) -> tuple[Networks, dict[str, Any]]:
@@ -29,6 +29,7 @@ def opened(folder: Path) -> tuple[Networks, dict[str, Any]]:
         "aus": model["aus"],
         "landmarks": model["landmarks"],
         "person": list(networks.person_names),
+        "regions": model.get("regions", []),
         "config": past.get("config", {}),
         "step": past.get("steps", 0),
         "seconds": 60 * past.get("minutes", 0.0),
@@ -87,15 +88,16 @@ def blend(networks: Networks, folder: Path, share: float) -> None:
     )  # fmt: skip
     load_exported(before, folder)
     earlier, new = before.state_dict(), networks.state_dict()
-    told = tells_persons(folder)
+    lacking = untold(folder)
     for name, value in new.items():
-        if value.is_floating_point() and (told or not name.startswith("person.")):
+        if value.is_floating_point() and not name.startswith(lacking):
             value.mul_(share).add_(earlier[name], alpha=1 - share)
 
 
-def tells_persons(folder: Path) -> bool:
-    """Whether the networks of a folder tell who is drawn."""
-    return "person" in read_description(folder)
+def untold(folder: Path) -> tuple[str, ...]:
+    """The parts of the networks that those of a folder do not have."""
+    model = read_description(folder)
+    return tuple(f"{part}." for part in ("person", "regions") if part not in model)
 
 
 def _take_apart(layer: Convolution, weight: Tensor, bias: Tensor) -> None:

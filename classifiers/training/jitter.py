@@ -18,6 +18,7 @@ STEADY = 0.3  # of the examples, those that stay where they are
 # How many of the examples are mirrored, shaded, drawn thicker, blurred, given another contrast,
 # given grain, have something rubbed out.
 MIRRORED, SHADED, THICKER, BLURRED, CONTRAST, GRAINY, RUBBED = 0.5, 0.3, 0.12, 0.2, 0.3, 0.15, 0.15
+PICTURES = {"ink", "regions"}
 Batch = dict[str, Tensor]
 
 
@@ -48,7 +49,7 @@ def mirrored(batch: Batch, names: Names, which: Tensor) -> Batch:
     places = torch.as_tensor(names.landmark_mirror, device=which.device)
     flip = batch["angles"].new_tensor
     other = {
-        "ink": batch["ink"].flip(-1),
+        **{name: batch[name].flip(-1) for name in PICTURES if name in batch},
         "active": batch["active"][:, units],
         "intensity": batch["intensity"][:, units],
         "angles": batch["angles"] * flip((-1, 1, -1)),
@@ -76,19 +77,24 @@ def moved(batch: Batch, turn: Tensor, scale: Tensor, shift: Tensor) -> Batch:
     back = torch.linalg.inv(matrix)
     # affine_grid counts from -1 to 1, so that shifts are twice as long there
     place = torch.cat([back, -2 * back @ shift[:, :, None]], dim=2)
-    grid = F.affine_grid(place, list(batch["ink"].shape), align_corners=False)
-    ink = F.grid_sample(batch["ink"], grid, padding_mode="zeros", align_corners=False)
+    pictures = {}
+    for name in PICTURES & batch.keys():
+        grid = F.affine_grid(place, list(batch[name].shape), align_corners=False)
+        pictures[name] = F.grid_sample(batch[name], grid, padding_mode="zeros", align_corners=False)
 
     def new(points: Tensor) -> Tensor:
         return (points - 0.5) @ matrix.transpose(1, 2) + 0.5 + shift[:, None]
 
     sides = batch["boxes"][:, :, 2:] * scale.prod(dim=1).sqrt()[:, None, None]
-    return batch | {
-        "ink": ink,
-        "angles": turned(batch["angles"], turn),
-        "landmarks": new(batch["landmarks"]),
-        "boxes": torch.cat([new(batch["boxes"][:, :, :2]), sides], dim=2),
-    }
+    return (
+        batch
+        | pictures
+        | {
+            "angles": turned(batch["angles"], turn),
+            "landmarks": new(batch["landmarks"]),
+            "boxes": torch.cat([new(batch["boxes"][:, :, :2]), sides], dim=2),
+        }
+    )
 
 
 def turned(angles: Tensor, turn: Tensor) -> Tensor:

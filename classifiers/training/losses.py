@@ -23,7 +23,7 @@ def loss_parts(
     A landmark's spread is that of a Laplace distribution around it (Kendall & Gal 2017), and does
     not bend the landmark itself.
     """
-    units, places, angles, face, found, person = outputs
+    units, places, angles, face, found, person, regions = outputs
     kind = batch["kind"]
     weight = (kind == NEAR).float() + mid_weight * (kind == MID).float()
     close = ((kind == NEAR) | (kind == MID)).float()
@@ -44,6 +44,7 @@ def loss_parts(
         "face": 0.5 * F.binary_cross_entropy_with_logits(face, (kind != NO_FACE).float()),
         "found": 0.3 * finder_loss(found, batch["boxes"]),
         "person": WHO * person_loss(person, batch["person"], tells_who(kind)),
+        "regions": region_loss(regions, batch["regions"]),
     }
     if agree:
         told = agreement_loss(units, batch["active"], batch["twin"], close.bool())
@@ -91,6 +92,13 @@ def person_loss(person: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
     likelihood = 0.5 * (off * torch.exp(-spread)) ** 2 + spread
     likelihood = likelihood * torch.exp(spread).detach()
     return (likelihood * known).sum() / known.sum().clamp(min=1)
+
+
+def region_loss(regions: Tensor, truth: Tensor) -> Tensor:
+    """Mean cross-entropy of each region's share of each half cell, (b, r, c, c); nan is unknown."""
+    known = ~torch.isnan(truth)
+    entropy = F.binary_cross_entropy_with_logits(regions, torch.nan_to_num(truth), reduction="none")
+    return (entropy * known).sum() / known.sum().clamp(min=1)
 
 
 def agreement_loss(units: Tensor, truth: Tensor, twin: Tensor, close: Tensor) -> Tensor:

@@ -20,18 +20,18 @@ from torch.nn import functional as F  # noqa: N812
 
 from facs_rig.common.errors import InputError
 
-from ..labels import PERSON
+from ..labels import PERSON, REGIONS
+from ..preprocess import STRIDE
 
 # EfficientNet-Lite0 up to stride 16: repeats, kernel, stride of the first, expansion, channels out.
 STAGES = ((1, 3, 1, 1, 16), (2, 3, 2, 6, 24), (2, 5, 2, 6, 40), (3, 3, 2, 6, 80), (3, 5, 1, 6, 112))
 STEM_CHANNELS = 32
 TRUNK_CHANNELS = STAGES[-1][-1]
-STRIDE = 16
 DROPOUT = 0.2
 SPREAD = -4.0  # log of a landmark's expected error before anything is learnt: 2% of the crop
 DOUBT = -1.0  # log of the spread of a person's parameters before anything is learnt
 RARE = -4.0  # logit of a cell before anything is learnt: few hold a face's middle
-Outputs = tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
+Outputs = tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
 BATCH_NORM = {"eps": 1e-3, "momentum": 0.05}  # the mean of the last ~20 batches: training is short
 
 
@@ -246,14 +246,31 @@ class Finder(nn.Module):
         return self.answer(F.relu(self.conv(features))).permute(0, 2, 3, 1)
 
 
+class RegionHead(nn.Module):
+    """What lies where: each cell says it of its four quarters (Shi et al. 2016, "Real-Time Single
+    Image and Video Super-Resolution Using an Efficient Sub-Pixel Convolutional Network", CVPR).
+
+    -> (b, r, 2 cells, 2 cells): logits of `labels.REGIONS`, of each by itself.
+    """
+
+    def __init__(self, channels: int = 48) -> None:
+        super().__init__()
+        self.conv = nn.Conv2d(TRUNK_CHANNELS, channels, 3, padding=1)
+        self.answer = nn.Conv2d(channels, 4 * len(REGIONS), 3, padding=1)
+
+    def forward(self, features: Tensor) -> Tensor:
+        return F.pixel_shuffle(self.answer(F.relu(self.conv(features))), 2)
+
+
 class Networks(nn.Module):
-    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face,
-    found, person).
+    """All networks: ink (b, 1, size, size) -> (units, landmarks, angles, face, found, person,
+    regions).
 
     units : (b, len(aus), 3) logit no, logit yes, intensity / 5;
     landmarks : (b, m, 3) u, v in crop units, log of the expected error in crop units;
     angles : (b, 3) yaw, pitch, roll in radians; face : (b,) logit;
-    found : (b, size / 16, size / 16, 4), see Finder;  person : (b, p, 2), see PersonHead.
+    found : (b, size / 16, size / 16, 4), see Finder;  person : (b, p, 2), see PersonHead;
+    regions : (b, r, size / 8, size / 8), see RegionHead.
     """
 
     def __init__(
@@ -274,6 +291,7 @@ class Networks(nn.Module):
         self.finder = Finder()
         self.person_names = tuple(person)
         self.person = PersonHead(cells, len(landmarks), len(person))
+        self.regions = RegionHead()
 
     def forward(self, ink: Tensor) -> Outputs:
         return self.answers(self.trunk(ink))
@@ -284,7 +302,7 @@ class Networks(nn.Module):
         units = side_by_side(heads, features, DROPOUT if self.training else 0.0)
         points, angles, face = self.geometry(features)
         person = self.person(features, points[:, :, :2])
-        return units, points, angles, face, self.finder(features), person
+        return units, points, angles, face, self.finder(features), person, self.regions(features)
 
 
 def imagenet_weights() -> dict[str, Tensor]:

@@ -16,16 +16,17 @@ from torch import Tensor
 
 from facs_rig.common.errors import InputError
 
+from ..labels import REGIONS
 from . import shards
 from .augment import MID, NEAR, SHARES, Names
 from .common import CHECKPOINT, Batches, Config, load_networks, log, rate_at, save, usable
 from .exported import opened
-from .losses import person_loss, tells_who, unit_losses
+from .losses import person_loss, region_loss, tells_who, unit_losses
 from .network import DROPOUT, Networks, side_by_side
 from .targets import encode_all
 from .train import stream
 
-PERSON = "person"  # instead of units: the network that tells who is drawn
+ALONE = ("person", "regions")  # instead of units: who is drawn, and what lies where
 LOOKS = (0.5, 0.0, 0.0, 0.0, 0.5)  # of its examples: half of them near, half of them wide
 
 
@@ -38,7 +39,7 @@ def retrain(
 ) -> Path:
     """Train the heads named in `only` for `config.minutes` on their own loss; -> out's checkpoint.
 
-    only : units, or PERSON alone      start : a checkpoint, or a folder of exported networks
+    only : units, or some of ALONE      start : a checkpoint, or a folder of exported networks
 
     Raises InputError if `start` is neither or lacks one of the units, or if `out` holds a
     checkpoint already.
@@ -47,13 +48,13 @@ def retrain(
     if path.exists():
         raise InputError(f"{path} would be overwritten: choose another --out.")
     networks, saved = opened(start) if start.is_dir() else load_networks(start)
-    person = list(only) == [PERSON]
-    if missing := [name for name in only if not person and name not in saved["aus"]]:
+    wide = set(only) <= set(ALONE)
+    if missing := [name for name in only if not wide and name not in saved["aus"]]:
         raise InputError(f"{start} knows no {', '.join(missing)}: train all units first.")
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     networks = networks.to(memory_format=torch.channels_last).requires_grad_(False)
-    heads = [networks.person] if person else [networks.heads[name] for name in only]
+    heads = [getattr(networks, name) if wide else networks.heads[name] for name in only]
     for head in heads:
         head.requires_grad_(True)
 
@@ -61,7 +62,7 @@ def retrain(
     rows, _ = usable(data, config)
     names = Names.of(saved["aus"], saved["landmarks"])
     targets = encode_all(data, saved["aus"], saved["landmarks"])
-    batches = Batches(data, targets, rows, names, config, LOOKS if person else SHARES)
+    batches = Batches(data, targets, rows, names, config, LOOKS if wide else SHARES)
     made = stream(batches, 0)
     optimiser = torch.optim.AdamW(
         [parameter for head in heads for parameter in head.parameters()],
@@ -78,8 +79,8 @@ def retrain(
         ink = batch["ink"][:, None].contiguous(memory_format=torch.channels_last)
         with torch.no_grad():
             features = networks.trunk(ink)
-        if person:
-            loss = _person(networks, features, batch)
+        if wide:
+            loss = _wide(networks, only, features, batch)
         else:
             loss = _units(networks, only, features, batch, config.mid_weight)
         optimiser.zero_grad(set_to_none=True)
@@ -93,7 +94,9 @@ def retrain(
     out.mkdir(parents=True, exist_ok=True)
     again = {"units": list(only), "steps": step, "images": step * config.batch}
     earlier = saved.get("retrained", [])
-    save(path, saved | {"networks": networks.state_dict(), "retrained": [*earlier, again]})
+    parts = {"regions": list(REGIONS)} if "regions" in only else {}
+    state = {"networks": networks.state_dict(), "retrained": [*earlier, again]}
+    save(path, saved | parts | state)
     return path
 
 
@@ -107,7 +110,15 @@ def _units(
     return torch.stack([*unit_losses(answers, active, intensity, weight).values()]).sum()
 
 
-def _person(networks: Networks, features: Tensor, batch: dict[str, Tensor]) -> Tensor:
-    with torch.no_grad():
-        points = networks.geometry(features)[0][:, :, :2]
-    return person_loss(networks.person(features, points), batch["person"], tells_who(batch["kind"]))
+def _wide(
+    networks: Networks, only: Sequence[str], features: Tensor, batch: dict[str, Tensor]
+) -> Tensor:
+    loss = torch.zeros(())
+    if "person" in only:
+        with torch.no_grad():
+            points = networks.geometry(features)[0][:, :, :2]
+        person = networks.person(features, points)
+        loss = loss + person_loss(person, batch["person"], tells_who(batch["kind"]))
+    if "regions" in only:
+        loss = loss + region_loss(networks.regions(features), batch["regions"])
+    return loss

@@ -20,6 +20,7 @@ from torch import Tensor
 from facs_rig import TWELVE
 from facs_rig.common.errors import InputError
 
+from ..labels import REGIONS
 from . import losses, shards
 from .augment import Names
 from .common import (
@@ -159,6 +160,7 @@ class Run:
             "aus": list(self.networks.aus),
             "landmarks": list(self.networks.landmark_names),
             "person": list(self.networks.person_names),
+            "regions": list(REGIONS),
             "drawings": drawings,
         }
         save(self.path, state)

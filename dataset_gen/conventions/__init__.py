@@ -51,9 +51,10 @@ def draw_by_convention(
     artist: Artist,
     pen: float,
     rng: np.random.Generator,
-) -> tuple[list[Stroke], NDArray[np.float64]]:
-    """All strokes of a posed face by this artist, in pixels of `camera`, and where it has the
-    face's landmarks (m, 2).
+) -> tuple[list[Stroke], NDArray[np.float64], dict[str, list[NDArray[np.float64]]]]:
+    """All strokes of a posed face by this artist, in pixels of `camera`, where it has the face's
+    landmarks (m, 2), and what lies where: `face`, `hair` (with hats) and `beard`, each as the
+    outlines (k, 2) of its parts.
 
     vertices : (n, 3) metres, `rig.pose(parameters)`;  pen : pixels, width of a full line
     """
@@ -82,9 +83,10 @@ def draw_by_convention(
         draw_ears(canvas, sitter, artist)
     draw_hair(canvas, sitter, artist, hair)
     draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
+    canvas.mark("face", sitter.face)
     canvas.cover(sitter.face)
     draw_neck_shade(canvas, sitter, artist)
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))
-    return canvas.strokes(), sitter.landmarks
+    return canvas.strokes(), sitter.landmarks, canvas.regions

@@ -38,6 +38,7 @@ class Canvas:
     """Collects strokes and knows what covers what. Lengths are pixels.
 
     width, height : of the page;  pen : width of a full line;  loose : how far lines are off
+    regions : name -> the outlines (k, 2) of what was marked as such
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Canvas:
         self._time = 1
         self._covered = np.zeros((height, width), np.int32)  # when each pixel was, 0 never
         self._within = np.ones((height, width), bool)
+        self.regions: dict[str, list[Points]] = {}
 
     # --- what hides ---
 
@@ -60,6 +62,10 @@ class Canvas:
     def bound(self, outline: NDArray) -> None:
         """Lines that are drawn `within` lie in this outline (k, 2) alone."""
         self._within = self.area(outline)
+
+    def mark(self, name: str, outline: NDArray) -> None:
+        """Say what lies within an outline (k, 2)."""
+        self.regions.setdefault(name, []).append(np.asarray(outline, float))
 
     def area(self, outline: NDArray) -> NDArray[np.bool_]:
         """(height, width) which pixels an outline (k, 2) holds."""

@@ -94,6 +94,7 @@ def draw_moustache(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         ),
         31,
     )
+    canvas.mark("beard", np.concatenate([top, hem[::-1]]))
     if artist.moustache == "line":
         canvas.line("beard", (top + hem) / 2, 1.8)
     elif artist.moustache == "black":
@@ -135,6 +136,7 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
              0.55 * hem[-1] + 0.45 * corner[1], hem[-1]]  # fmt: skip
     top = smooth(np.stack(knots), 40)
     shape = np.concatenate([hem, top[::-1]])
+    canvas.mark("beard", shape)
     if artist.beard == "black":
         canvas.blacken(shape, float(rng.uniform(1.0, 2.1)))
         canvas.line("beard", hem, 1.0)
@@ -191,6 +193,7 @@ def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         canvas.line("hat", rim - wide * sitter.down, 1.0)
         canvas.cover(np.concatenate([rim, (rim - wide * sitter.down)[::-1]]))
         return
+    canvas.mark("hair", shape)  # what is worn on hair stands for it
     if artist.hat == "scarf":
         fall = [
             rim[0] + sitter.unit * s * sitter.down - 0.1 * s * sitter.unit * sitter.right

@@ -160,6 +160,7 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         _edges(canvas, sitter, artist, hair, 1.1)
         if canvas.rng.random() < 0.6:
             _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(2, 8)))
+    canvas.mark("hair", hair.shape())
     canvas.cover(hair.shape())
 
 
@@ -290,6 +291,7 @@ def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     ball = ellipse(place, r, 0.85 * r, rng.normal(0, 0.2), 33)
     if artist.finish == "black":
         canvas.blacken(ball, 0.4)
+    canvas.mark("hair", ball)
     canvas.line("hair", ball, 1.0)
     for _ in range(int(rng.integers(0, 5))):
         begin = int(rng.integers(0, 18))
@@ -334,4 +336,5 @@ def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
             )
     else:
         canvas.line("hair", smooth(hem[::2], 40), 1.0)
+    canvas.mark("hair", shape)
     canvas.cover(shape)

@@ -98,10 +98,11 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
         "landmarks": torch.zeros(1, 33, 2),
         "boxes": torch.full((1, 4, 3), float("nan")),
         "person": torch.full((1, 2), float("nan")),
+        "regions": torch.full((1, 3, 4, 4), float("nan")),
     }
     units = torch.randn(1, 12, 3)
     rest = torch.zeros(1, 33, 3), torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
-    rest = *rest, torch.zeros(1, 2, 2)
+    rest = *rest, torch.zeros(1, 2, 2), torch.zeros(1, 3, 4, 4)
     parts = loss_parts((units, *rest), batch, 0.2)
     assert float(parts["units"]) == 0 and float(parts["angles"]) == 0
     batch["active"][0, 4] = 1
@@ -136,8 +137,10 @@ def test_a_landmarks_spread_is_the_error_to_expect(loaded):
         "intensity": torch.zeros(1, 1), "angles": torch.zeros(1, 3),
         "landmarks": torch.tensor([[[0.03, 0.04]]]), "boxes": torch.full((1, 4, 3), float("nan")),
         "person": torch.full((1, 2), float("nan")),
+        "regions": torch.full((1, 3, 4, 4), float("nan")),
     }  # fmt: skip
     rest = torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4), torch.zeros(1, 2, 2)
+    rest = *rest, torch.zeros(1, 3, 4, 4)
 
     def doubt(spread):
         places = torch.cat([points[:, :, :2], torch.full((1, 1, 1), spread)], dim=2)
@@ -433,15 +436,20 @@ def test_a_unit_trained_alone_learns(loaded, tmp_path):
 
 
 def test_who_is_drawn_is_trained_alone_on_exported_networks(fresh_weights, cartoons, tmp_path):
-    options = ["--data", str(cartoons), "--only", "person", "--start", str(fresh_weights)]
-    options += ["--out", str(tmp_path / "who"), "--no-export", "--size", "64"]
+    options = ["--data", str(cartoons), "--only", "person,regions", "--start"]
+    options += [str(fresh_weights), "--out", str(tmp_path / "who"), "--no-export"]
     assert main(["train", *options, "--steps", "3", "--batch", "8", "--threads", "1"]) == 0
     before, _ = opened(fresh_weights)
     now, saved = load_networks(tmp_path / "who" / CHECKPOINT)
     old, new = before.state_dict(), now.state_dict()
     other = {name for name in old if not torch.equal(old[name], new[name])}
-    assert other and all(name.startswith("person.") for name in other)
-    assert saved["retrained"] == [{"units": ["person"], "steps": 3, "images": 24}]
+    # These drawings tell no regions, from which nothing is learnt but that weights decay.
+    assert {name.split(".")[0] for name in other} <= {
+        "person",
+        "regions",
+    } and "person.conv.weight" in other
+    assert saved["retrained"] == [{"units": ["person", "regions"], "steps": 3, "images": 24}]
+    assert saved["regions"] == ["face", "hair", "beard"]
     model = json.loads((fresh_weights / "model.json").read_text())
     assert saved["config"] == model["training"]["config"] and saved["aus"] == model["aus"]
 

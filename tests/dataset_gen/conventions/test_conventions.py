@@ -43,7 +43,7 @@ def drawn(artist=PLAIN, aus=None, yaw=0.0, seed=3):
     vertices, parameters, camera = posed(tuple((aus or {}).items()), yaw)
     camera = zoomed(camera, artist.room)
     rng = np.random.default_rng(seed)
-    return draw_by_convention(load_rig(), vertices, camera, parameters, artist, 1.6, rng)
+    return draw_by_convention(load_rig(), vertices, camera, parameters, artist, 1.6, rng)[:2]
 
 
 def points_of(strokes, *kinds):

@@ -1,0 +1,38 @@
+"""Where on a page face, hair and beard are: coarsely, from the networks' answer for each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig.common.box import Box
+
+from .labels import REGIONS
+
+
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """What lies where in a part of a page.
+
+    box : that part, in pixels of the page
+    shares : (r, c, c) how probable each of REGIONS is in each cell of it, 0..1
+    """
+
+    box: Box
+    shares: NDArray[np.float64]
+
+    def at(self, region: str, points: NDArray) -> NDArray[np.float64]:
+        """(k,) how probable a region of REGIONS is at points (k, 2) of the page, 0..1: between the
+        middles of cells as they say it together, beyond the box as at its edge."""
+        shares = self.shares[REGIONS.index(region)]
+        last = len(shares) - 1
+        u, v = np.clip(self.box.to_units(np.asarray(points, float)) * len(shares) - 0.5, 0, last).T
+        column, row = (np.minimum(x.astype(int), max(last - 1, 0)) for x in (u, v))
+        a, b = u - column, v - row
+        right, below = np.minimum(column + 1, last), np.minimum(row + 1, last)
+        return (
+            shares[row, column] * (1 - a) * (1 - b) + shares[row, right] * a * (1 - b)
+            + shares[below, column] * (1 - a) * b + shares[below, right] * a * b
+        )  # fmt: skip
