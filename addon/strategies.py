@@ -107,4 +107,12 @@ def _observations(detection: Detection) -> Observations:
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
-    return Observations(detection.landmarks, spreads, person=detection.person)
+    mask = detection.mask
+
+    def hair(points: NDArray) -> NDArray:
+        assert mask is not None
+        return np.maximum(mask.at("hair", points), mask.at("beard", points))
+
+    return Observations(
+        detection.landmarks, spreads, person=detection.person, hair=hair if mask else None
+    )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceRig, load_rig
 from facs_rig.common.errors import InputError
 
-from .conventions import draw_by_convention, sample_artist, zoomed
+from .conventions import draw_by_convention, face_outline, sample_artist, zoomed
 from .linework.lines import KINDS, draw_strokes
 from .linework.marks import stroke_lists
 from .linework.paper import through
@@ -21,6 +21,7 @@ from .linework.strokes import Stroke
 from .linework.style import Style
 from .page import Page, draw_page
 from .sampling import DEFAULT, SCHEMES, Sample, sample_face, sample_rng
+from .styles import HAIR
 
 SIZE = 256
 ENGINES = ("contours", "conventions", "freestyle")
@@ -153,6 +154,9 @@ def _by_lines(
     """By the lines of the face's shape."""
     style = sample.style
     lines = strokes_of(rig, vertices, sample.camera, sample.detail, style.layers, sample.kinds)
+    if not any(layer in HAIR for layer in style.layers):
+        face = face_outline(rig, vertices, sample.camera, sample.parameters)
+        told = {**told, "regions": {"face": [face[::OUTLINE_STEP]]}}
     return Drawn(lines, sample.camera, style, sample.kinds, told)
 
 

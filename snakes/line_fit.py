@@ -30,6 +30,8 @@ from .tweakables import WORKING_SIZE, Tweakables
 
 __all__ = ["LineFit", "fit_lines", "unmatched_lines"]
 
+HAIR = 0.5
+"""A line is not of the face from this probability on that hair is drawn there."""
 ANSWERS = 0.02
 """A line of the face answers one of the drawing that lies so near, as a share of the head."""
 SHORTEST = 0.035
@@ -85,9 +87,10 @@ def fit_lines(
     clock = Clock()
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
+    faces = _of_the_face(drawn, observed)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
-    parameters, camera = fit_shape(drawn, coarse_rig(rig), parameters, camera, observed)
+    parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
     posed = rig.pose(parameters)
     thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
     if thick is not None:
@@ -97,7 +100,7 @@ def fit_lines(
     model = face_contours(rig, posed, camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
-        offsets = pull_skin(drawn, model, rig, parameters, camera, most, settings, observed.pins)
+        offsets = pull_skin(faces, model, rig, parameters, camera, most, settings, observed.pins)
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
@@ -105,6 +108,15 @@ def fit_lines(
         offsets = np.zeros((rig.n_vertices, 3))
     clock.lap("skin")
     return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, clock.laps)
+
+
+def _of_the_face(drawn: Lines, observed: Observations) -> Lines:
+    """The lines of a drawing that are not of hair, hat or beard: a face has no such lines to lie on
+    them, and its outline is not to follow them."""
+    if observed.hair is None or not len(drawn.points):
+        return drawn
+    face = observed.hair(drawn.points) < HAIR
+    return replace(drawn, points=drawn.points[face], along=drawn.along[face])
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:

@@ -10,7 +10,7 @@ the first step on, and what is known of faces holds the parameters near plain on
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -42,6 +42,7 @@ class Observations:
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
     person : identity parameter -> what the drawing says of it, and how far off that may be
+    hair : (k, 2) pixels -> (k,) how probable it is that hair, a hat or a beard is drawn there, 0..1
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
     """
 
@@ -50,6 +51,7 @@ class Observations:
     pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     decided: frozenset[str] = frozenset()
     person: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    hair: Callable[[NDArray], NDArray] | None = None
 
 
 STEPS = (0.05, 0.03, 0.018)

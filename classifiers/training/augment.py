@@ -396,6 +396,8 @@ def example(
     else:
         folds = bool(np.any(intensity[names.folded] >= 1.5))
         man = manly(targets.person[row])
+        if outlines and not outlines.haired and rng.random() < 0.5:
+            outlines = None  # a bald head is given hair, of which nothing is told
         if outlines:
             points = np.concatenate([points, outlines.points])
         ink, page_points, turn = artistic_page(

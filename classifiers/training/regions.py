@@ -49,6 +49,11 @@ class Outlines:
             tuple(owner for owner, _ in every),
         )
 
+    @property
+    def haired(self) -> bool:
+        """Whether anything but a face is told of."""
+        return any(owner != REGIONS.index("face") for owner in self.owners)
+
     def mask(self, points: NDArray, crop: Box, cells: int) -> NDArray[np.float32]:
         """(r, cells, cells) how much of each cell of a crop is of each region, 0..1.
 
