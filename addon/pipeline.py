@@ -25,7 +25,7 @@ from addon.placement import camera_for, head_in
 from addon.strategies import Fitted, as_thesis, by_lines
 from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
-from classifiers.detector import ANGLES
+from classifiers.detection import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
 from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock

@@ -12,7 +12,7 @@ from addon.drawing import Drawing
 from addon.options import FitOptions
 from addon.placement import apart, check_pins, pins_in
 from classifiers import Detection
-from classifiers.detector import CLOSE
+from classifiers.detection import CLOSE
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
 from snakes import Lines, Observations, PinsApart, fit_lines

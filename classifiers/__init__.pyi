@@ -1,3 +1,4 @@
-from .detector import Detection, Detector, load_detector
+from .detection import Detection
+from .detector import Detector, load_detector
 
 __all__ = ["Detection", "Detector", "load_detector"]

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
-from .detector import Detection, Detector
+from .detection import Detection
+from .detector import Detector
 from .labels import mirror_order
 from .plausible import turned, upright
 from .preprocess import Floats, as_page, even_ink

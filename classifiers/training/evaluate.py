@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from facs_rig import TWELVE
 from facs_rig.macros import years
 
-from ..detector import ANGLES, CLOSE, Detector, Reading
+from ..detection import ANGLES, CLOSE
+from ..detector import Detector, Reading
 from ..labels import PERSON
 from . import metrics, shards
 from .readings import Answers, DetectorReader, Reader, pages_of, stacked

@@ -10,7 +10,7 @@ import pytest
 from addon.drawing import load_drawing
 from addon.sketches.render import FOLDER as SKETCHES
 from classifiers import load_detector
-from classifiers.detector import LAY
+from classifiers.detection import LAY
 from classifiers.plausible import (
     FARTHEST,
     HIDDEN,

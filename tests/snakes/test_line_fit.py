@@ -19,7 +19,7 @@ BEGIN = FaceParameters({"smile": 3.0})
 
 @pytest.fixture(scope="module")
 def scene():
-    """(rig, camera, what is observed, a drawing, the same with locks over its cheeks, where these are)."""
+    """(rig, camera, what is observed, a drawing, one with locks over its cheeks, where)."""
     rig = load_rig()
     posed = rig.pose(FaceParameters({"smile": 3.0}, {"gender": 0.1, "jaw_width": -0.6}))
     camera = Camera.framing(posed, SIZE, SIZE)

@@ -20,10 +20,8 @@ from classifiers.training.augment import (
     artistic_page,
     example,
     mirrored,
-    thicker,
-    thinner,
-    turned_and_bent,
 )
+from classifiers.training.paper import thicker, thinner, turned_and_bent
 from classifiers.training.targets import encode
 from dataset_gen.generate import make_sample
 from facs_rig import LANDMARKS, TWELVE
