@@ -31,7 +31,7 @@ SURE = 0.033  # a page is turned for a face that is as sure as this, though ther
 LIKELY = 0.045  # and for this if there is none as it lies
 FALLEN = np.radians(60)  # a head that is rolled further lies on a page that lies
 BETTER = 0.8  # of the expected error as it lies: what a turn must come down to
-FARTHEST = 0.05  # between the landmarks of a crop and of its mirror image: those of a face
+FARTHEST = 0.04  # between the landmarks of a crop and of its mirror image: those of a face
 # Mean ink between eyes and mouth, of the darkest in the crop: a nose of a few strokes has more.
 LEAST_NOSE = 0.015
 # Where that is: from the eyes' middle to the mouth's, and of the eyes' distance to either side.
@@ -48,9 +48,11 @@ def trouble(reading: Reading) -> str:
     """Why a reading is of no face that can be used; empty if it is one."""
     if reading.face < 0:
         return NO_FACE
+    if expected_error(reading) <= SURE:
+        return ""
     if reading.apart > FARTHEST:
         return HIDDEN
-    if reading.nose < LEAST_NOSE and expected_error(reading) > SURE:
+    if reading.nose < LEAST_NOSE:
         return NO_NOSE
     return ""
 

@@ -26,6 +26,10 @@ INKY = 0.35
 """Of the page's darkest: what is ink."""
 ENDS = (0.1, 0.9)
 """Of the ink across a brow: how much lies below its lower and upper edge."""
+OUTLINED = 0.4
+"""Of a brow's breadth, how much is inked where its edges alone are drawn."""
+FILLED, LINED = 0.8, 1.2
+"""Of its breadth, what lies between these ends of the ink: of a filled one, and of its edges."""
 SEEN = 0.5
 """Of the points along the brows, those that need ink for its breadth to be known."""
 THINNEST = -0.6
@@ -62,9 +66,14 @@ def brow_thickness(
         total = dark.sum(axis=1)
         seen = total > 0
         below = np.cumsum(dark[seen], axis=1) / total[seen, None]
-        edges = [along[(below >= share).argmax(axis=1)] for share in ENDS]
+        first, last = ((below >= share).argmax(axis=1) for share in ENDS)
+        inked = np.take_along_axis(np.cumsum(dark[seen] > 0, axis=1), np.c_[first, last], axis=1)
+        filled = np.ptp(inked, axis=1) / np.maximum(last - first, 1)
+        # Of a filled brow the ends of its ink were left out, to two lines the pen was added.
+        part = np.clip((filled - OUTLINED) / (1 - OUTLINED), 0, 1)
+        span = (along[last] - along[first]) * (part / FILLED + (1 - part) / LINED)
         share = np.full(len(total), np.nan)
-        share[seen] = (edges[1] - edges[0]) / breadth[seen]
+        share[seen] = span / breadth[seen]
         shares.append(share)
     every = np.concatenate(shares)
     if np.isfinite(every).mean() < SEEN:

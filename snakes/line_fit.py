@@ -96,6 +96,7 @@ def fit_lines(
     if thick is not None:
         identity = {**parameters.identity, "brow_thickness": round(thick, 4)}
         parameters = replace(parameters, identity=identity)
+        posed = rig.pose(parameters)
     clock.lap("shape")
     model = face_contours(rig, posed, camera) if pull else None
     if model:

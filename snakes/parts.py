@@ -22,6 +22,8 @@ LID_SHARE = 0.3
 """Skin within this fraction of an eyeball's radius from its surface belongs to its lids."""
 SKULL_FROM, SKULL_BLEND = 0.015, 0.03
 """Metres above the brows at which the skull begins, and over which it takes over."""
+SLIVER = 0.002
+"""Of the usual area: whether a triangle so small has turned over is chance, and nobody sees it."""
 UNFOLDINGS = 40
 """How often offsets around a triangle that turns over are averaged."""
 SKULL_SMOOTHINGS = 200
@@ -139,12 +141,14 @@ def unfold(
     skin = np.flatnonzero(rig.parts["skin"])
     triangles = skin_triangles(rig)  # numbered within the skin
     before = _normals(vertices[skin], triangles)
+    size = np.linalg.norm(before, axis=1)
+    real = size > SLIVER * np.median(size)
     result = np.array(offsets, dtype=np.float64)
     for _ in range(UNFOLDINGS):
         turned = (
             np.einsum("ij,ij->i", before, _normals(vertices[skin] + result[skin], triangles)) <= 0
         )
-        turned &= np.einsum("ij,ij->i", before, before) > 0
+        turned &= real
         if not turned.any():
             return result
         hot = np.zeros(len(skin))
