@@ -124,8 +124,9 @@ def _text(
     room: float,
     anchor: str = "la",
 ) -> None:
-    """A line of text, cut at its beginning with an ellipsis to fit: paths end in what matters."""
+    """A line of text, cut at its beginning with an ellipsis to fit, as paths end in what matters;
+    none where there is no room."""
     font = ImageFont.load_default(size)
     while text and pen.textlength(text, font) > room:
-        text = "…" + text[2:]
+        text = "…" + text[2:] if len(text) > 2 else ""
     pen.text(place, text, fill=colour, font=font, anchor=anchor)

@@ -352,6 +352,11 @@ def test_explain_does_not_overwrite_a_sketch(capsys, folder):
     assert Path("b.png").read_bytes() == SKETCH.read_bytes()
 
 
+def test_a_title_that_takes_all_the_room_is_cut(drawing, found):
+    short, long = (explain.section(title, drawing, found) for title in ("a", "folder/" * 60))
+    assert short.size == long.size
+
+
 def test_a_smile_is_seen_at_the_mouth(drawing, found):
     page = found.on_page("smile") * (1 - drawing)
     v, u = np.unravel_index(page.argmax(), page.shape)

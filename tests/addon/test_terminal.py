@@ -88,11 +88,11 @@ def test_a_reader_that_leaves_early_ends_a_command_of_many_lines(tmp_path):
 @pytest.mark.parametrize(
     ("environment", "degrees"),
     [
-        ({"PYTHONIOENCODING": "ascii"}, "+1 deg"),
-        ({"PYTHONIOENCODING": "cp437"}, "+1"),
-        ({"PYTHONIOENCODING": "utf-8"}, "+1°"),
-        ({"LC_ALL": "C"}, "+1"),
-        ({"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, "+1 deg"),
+        ({"PYTHONIOENCODING": "ascii"}, "-1 deg"),
+        ({"PYTHONIOENCODING": "cp437"}, "-1"),
+        ({"PYTHONIOENCODING": "utf-8"}, "-1°"),
+        ({"LC_ALL": "C"}, "-1"),
+        ({"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, "-1 deg"),
     ],
 )
 def test_a_terminal_without_degree_signs(tmp_path, environment, degrees):
