@@ -152,8 +152,8 @@ def fit(
     carves = options.strokes != "ignore"
     if not carves:
         fitted = _exaggerated(fitted, rig, options.exaggerate)
-    if shaped and not carves:
-        shaped(fitted.parameters, fitted.offsets)
+        if shaped:
+            shaped(fitted.parameters, fitted.offsets)
     clock.lap("fit")
 
     if carves:

@@ -15,7 +15,7 @@ from facs_rig.common.errors import InputError
 from ..runtime import read_description
 from .network import Convolution, Networks
 
-# Parts that stand in an export by their own names; those of an older one may lack the last.
+# Parts that stand in an export by their own names; those of an older one may lack the last two.
 PARTS = ("geometry.", "finder.", "person.", "regions.")
 
 

@@ -86,15 +86,13 @@ def moved(batch: Batch, turn: Tensor, scale: Tensor, shift: Tensor) -> Batch:
         return (points - 0.5) @ matrix.transpose(1, 2) + 0.5 + shift[:, None]
 
     sides = batch["boxes"][:, :, 2:] * scale.prod(dim=1).sqrt()[:, None, None]
-    return (
-        batch
-        | pictures
-        | {
-            "angles": turned(batch["angles"], turn),
-            "landmarks": new(batch["landmarks"]),
-            "boxes": torch.cat([new(batch["boxes"][:, :, :2]), sides], dim=2),
-        }
-    )
+    return {
+        **batch,
+        **pictures,
+        "angles": turned(batch["angles"], turn),
+        "landmarks": new(batch["landmarks"]),
+        "boxes": torch.cat([new(batch["boxes"][:, :, :2]), sides], dim=2),
+    }
 
 
 def turned(angles: Tensor, turn: Tensor) -> Tensor:
