@@ -20,17 +20,19 @@ from ..linework.style import Style
 # portrait: somebody is drawn from life        comic: inked, expressive
 # cartoon: few bold shapes                     naive: from memory, by hands without practice
 MANNERS = {"portrait": 0.42, "comic": 0.21, "cartoon": 0.23, "naive": 0.14}
-PENS = (0.8, 4.0)  # pixels, widths of a full line
-GRINS = 0.4  # how often a smile is drawn with teeth
+PENS = (0.8, 5.5)  # pixels, widths of a full line
+BARES = 0.4  # how often a stretched or smiling mouth is drawn with clenched teeth
 BORROWS = 0.08  # how often a convention is taken from another manner
 BEARDLESS = -0.4  # `age` up to which nobody has a beard, 17 years (see facs_rig.macros)
 
 # Of each manner: how much it exaggerates, how large and how tall its eyes are, the factor of its
-# pen's width, how much room its pages have, and the most that a line is off, in units.
+# pen's width, how much room its pages have, the most that a line is off, in units, how large its
+# mouths are, how far the brows of a face at rest are level, not as its bones have them (which looks
+# stern in few lines), and the most that it overdoes an expression.
 MUCH = {"portrait": 0.35, "comic": 0.8, "cartoon": 1.3, "naive": 1.0}
 BIG = {"portrait": 1.1, "comic": 1.12, "cartoon": 1.2, "naive": 1.12}
 TALL = {"portrait": 1.22, "comic": 1.3, "cartoon": 1.35, "naive": 1.3}
-BOLD = {"portrait": (0.7, 1.15), "comic": (0.9, 1.5), "cartoon": (1.0, 1.9), "naive": (0.7, 1.15)}
+BOLD = {"portrait": (0.7, 1.15), "comic": (0.9, 1.5), "cartoon": (1.0, 2.5), "naive": (0.7, 1.15)}
 ROOM = {
     "portrait": (0.95, 1.35),
     "comic": (1.0, 1.45),
@@ -38,6 +40,9 @@ ROOM = {
     "naive": (1.05, 1.5),
 }
 LOOSE = {"portrait": 0.005, "comic": 0.008, "cartoon": 0.008, "naive": 0.02}
+MOUTH = {"portrait": 1.0, "comic": 0.97, "cartoon": 0.85, "naive": 0.95}
+LEVEL = {"portrait": (0.0, 0.5), "comic": (0.2, 1.0), "cartoon": (0.4, 1.3), "naive": (0.3, 1.2)}
+OVERDO = {"portrait": 1.5, "comic": 2.5, "cartoon": 4.0, "naive": 3.0}
 
 Odds = tuple[float, float, float, float]  # in the order of MANNERS
 CONVENTIONS: dict[str, dict[str, Odds]] = {
@@ -132,7 +137,9 @@ class Artist:
     eyes, eye_tall, iris_size, brow_size, nose_size, mouth_size, ear_size, jaw_size : factors
     eye_shift, brow_shift, nose_shift, mouth_shift : (across, down) of the unit
     wide, tall : factors of the whole head        freckles, earring : whether there are any
-    grin : whether who smiles shows teeth
+    overdo : how many times as far as the face's own its brows and mouth go in an expression
+    level : how much of their slope brows at rest are drawn without
+    bares : whether who smiles or stretches the mouth shows clenched teeth
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
     """
@@ -162,11 +169,13 @@ class Artist:
     glasses: str = "none"
     hat: str = "none"
     freckles: bool = False
-    grin: bool = False
+    bares: bool = False
     earring: bool = False
     bold: float = 1.0
     loose: float = 0.0
     room: float = 1.3
+    overdo: float = 1.0
+    level: float = 0.0
     eyes: float = 1.0
     eye_tall: float = 1.2
     iris_size: float = 1.0
@@ -279,15 +288,16 @@ def sample_artist(
         beard=_lot(rng, BEARDS) if bearded else "none",
         moustache=_lot(rng, MOUSTACHES) if bearded else "none",
         glasses=_lot(rng, GLASSES), hat=_lot(rng, HATS),
-        grin=bool(rng.random() < GRINS), freckles=bool(rng.random() < 0.04),
+        bares=bool(rng.random() < BARES), freckles=bool(rng.random() < 0.04),
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
         bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
-        room=within(*ROOM[manner], 3),
+        room=within(*ROOM[manner], 3), overdo=within(1.0, OVERDO[manner], 3),
+        level=within(*LEVEL[manner], 3),
         eyes=near(big * _of_sex(man, EYE_SIZE), 0.1), eye_tall=near(TALL[manner], 0.1),
         iris_size=near(0.98, 0.1),
         brow_size=near(1.12 * _of_sex(man, BROW_SIZE), 0.22),
-        nose_size=near(1.0 / big**0.6, 0.12), mouth_size=near(1.0, 0.1), ear_size=near(1.0, 0.15),
-        jaw_size=near(1.0, 0.05),
+        nose_size=near(1.0 / big**0.6, 0.12), mouth_size=near(MOUTH[manner], 0.16),
+        ear_size=near(1.0, 0.15), jaw_size=near(1.0, 0.05),
         eye_shift=shift(0.012, 0.025), brow_shift=shift(0.01, 0.025), nose_shift=shift(0.015, 0.03),
         mouth_shift=shift(0.015, 0.025), wide=near(1.0, 0.045), tall=near(1.0, 0.045),
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),

@@ -1,4 +1,5 @@
-"""How an artist bends a face: features grown and moved, the jaw bent, the whole stretched."""
+"""How an artist bends a face: expressions overdone, features grown and moved, the jaw bent, the
+whole stretched."""
 
 from __future__ import annotations
 
@@ -21,6 +22,11 @@ ANCHORS = {
 }  # fmt: skip
 
 
+# Of each feature, how much of what an artist overdoes bends it, and how much shifts it: brows bend
+# most, what lids do is told by how far they are open, and a mouth must stay on its chin.
+OVERDONE = {"lid": (0.0, 0.0), "brow": (1.0, 0.35), "nose": (0.15, 0.15), "rim": (0.3, 0.1)}
+
+
 class Frame:
     """Where a face is on the page: between the eyes, unit vectors rightward and downward as the
     head has them, and the pixels of a unit; turn : how far the nose points to the right."""
@@ -36,6 +42,29 @@ class Frame:
         middle = self.origin + MIDDLE * self.unit * self.down
         frame = np.stack([self.right, self.down])
         return middle + (points - middle) @ (frame.T @ np.diag([artist.wide, artist.tall]) @ frame)
+
+
+def overdone(
+    points: NDArray, rest: NDArray, places: Places, frame: Frame, artist: Artist
+) -> Points:
+    """All places (p, 2) of an expression, going further from where they are at rest (p, 2), as in
+    a caricature (Brennan 1985): in the bend of each feature more than in where it is. Brows are
+    turned so that at rest they are as level as this artist has them."""
+    out = points.copy()
+    for k, ((kind, *_), side) in enumerate(FEATURES):
+        bend, shift = OVERDONE[kind]
+        own = places.feature == k
+        away = points[own] - rest[own]
+        middle = away.mean(axis=0)
+        out[own] += (artist.overdo - 1) * (bend * (away - middle) + shift * middle)
+        if kind == "brow":
+            line = rest[places.curves[f"brow_lower{side}"]]
+            across, down = frame.right @ (line[-1] - line[0]), frame.down @ (line[-1] - line[0])
+            slope = artist.level * np.arctan2(-down, abs(across)) * np.sign(across)
+            c, s = np.cos(slope), np.sin(slope)
+            centre = out[own].mean(axis=0)
+            out[own] = centre + (out[own] - centre) @ np.array([[c, s], [-s, c]])
+    return out
 
 
 def moved(points: NDArray, places: Places, frame: Frame, artist: Artist) -> Points:

@@ -12,6 +12,7 @@ from .sitter import Sitter
 
 CLOSED = 0.075  # of an eye's width: the lids are so near each other that the eye is shut
 USUAL = 0.3  # of an eye's width: how far it is open at rest
+CHEERFUL = 0.25  # the least smile of which shut eyes may be arcs upward
 RESTING = np.linspace(0.0, 1.0, 24)
 
 
@@ -77,7 +78,7 @@ def draw_eyes(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         if not eye.seen:
             continue
         if eye.opening < CLOSED:
-            _closed(canvas, eye, artist)
+            _closed(canvas, eye, artist, sitter.smile)
         elif artist.eye in ("dot", "oval", "round"):
             _simple(canvas, eye, artist)
         else:
@@ -93,12 +94,13 @@ def draw_eyes(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
                 canvas.line("lid", part(under, 0.1, 0.7), 0.45, 0.5, within=True)
 
 
-def _closed(canvas: Canvas, eye: Eye, artist: Artist) -> None:
+def _closed(canvas: Canvas, eye: Eye, artist: Artist, smile: float) -> None:
     """A shut eye is one arc, perhaps with lashes."""
     line = (eye.upper + eye.lower) / 2
-    if artist.manner in ("cartoon", "naive"):  # as an arc that everybody reads
-        sag = 0.12 * eye.width * np.sin(np.pi * np.linspace(0, 1, len(line)))[:, None]
-        line = line + sag * eye.along
+    if artist.manner != "portrait":  # as an arc that everybody reads: upward in a smile
+        way = -1.3 if smile > CHEERFUL and canvas.rng.random() < 0.6 else 1.0
+        depth = way * canvas.rng.uniform(0.0, 0.26) * eye.width
+        line = line + depth * np.sin(np.pi * np.linspace(0, 1, len(line)))[:, None] * eye.along
     heavy = {"dot": 1.2, "oval": 1.2, "round": 1.2, "thick": 1.5}.get(artist.eye, 1.3)
     canvas.line("lid", line, heavy, within=True)
     if artist.lashes != "none":
@@ -156,7 +158,8 @@ def _iris(canvas: Canvas, eye: Eye, artist: Artist) -> None:
 
 def _simple(canvas: Canvas, eye: Eye, artist: Artist) -> None:
     """Dots, ovals and round eyes: the opening shows in how tall they are."""
-    open_ = float(np.clip(eye.opening / USUAL, 0.25, 1.5))
+    power = 1 + 0.4 * (artist.overdo - 1)  # what is overdone shows in it
+    open_ = float(np.clip((eye.opening / USUAL) ** power, 0.25, 1.7))
     gaze = (eye.pupil - eye.middle) * 0.8
     turn = float(np.arctan2(eye.across[1], eye.across[0]))
     tall = 0.55 + 0.45 * open_

@@ -10,7 +10,8 @@ from .shapes import Points, part, smooth
 from .sitter import Sitter
 
 OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth is open
-GRINNING, GRIN = 0.35, 0.2  # least smile that shows teeth; how far it parts the lips, of its width
+BARED, PARTED = 0.35, 0.2  # least action that bares teeth; how far it parts the lips, of its width
+WIDE = 0.3  # of the mouth's width: teeth of a mouth that is open so far do not meet
 FINE = 41
 
 
@@ -19,9 +20,10 @@ class Mouth:
 
     upper, lower : inner rims        outer_upper, outer_lower : borders of the lips
     line : between the lips        opening : widest gap, as a share of the width
+    clenched : whether lips are parted before teeth that meet: an artist shows them, the jaw is shut
     """
 
-    def __init__(self, sitter: Sitter, grin: bool = False) -> None:
+    def __init__(self, sitter: Sitter, bares: bool = False) -> None:
         self.upper, self.lower = (
             smooth(sitter.curves[f"rim_{e}"], FINE) for e in ("upper", "lower")
         )
@@ -36,8 +38,9 @@ class Mouth:
         crossed = gap < 0
         self.upper[crossed] = self.lower[crossed] = self.line[crossed]
         self.open = self.opening > OPEN
-        if grin and not self.open and sitter.smile > GRINNING:
-            apart = GRIN * min(sitter.smile, 1.2) * self.width * sitter.down
+        self.clenched = bares and not self.open and sitter.bared > BARED
+        if self.clenched:
+            apart = PARTED * min(sitter.bared, 1.2) * self.width * sitter.down
             away = np.sin(np.linspace(0, np.pi, FINE))[:, None] ** 0.6 * apart
             self.upper, self.lower = self.upper - 0.3 * away, self.lower + 0.7 * away
             self.outer_upper = self.outer_upper - 0.3 * away
@@ -50,7 +53,7 @@ class Mouth:
 
 
 def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
-    mouth = Mouth(sitter, artist.grin)
+    mouth = Mouth(sitter, artist.bares)
     lips = artist.mouth in ("lips", "dark")
     if mouth.open:
         _open(canvas, sitter, artist, mouth)
@@ -81,8 +84,11 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
 def _open(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
     """An open mouth: its outline, and what its convention puts inside."""
     how = artist.open
-    if mouth.opening <= OPEN and how in ("black", "tongue"):
-        how = "teeth"  # lips that smile part before teeth that are closed
+    # What is inside tells whether the jaw is open: teeth that meet are those of a shut one.
+    if mouth.clenched and how != "outline":
+        how = "grid"
+    elif how == "grid" and mouth.opening > WIDE:
+        how = "rows"
     tall = float(((mouth.lower - mouth.upper) @ sitter.down).max())
     if tall < 4 and how in ("grid", "rows", "tongue"):
         how = "outline"

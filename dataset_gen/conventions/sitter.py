@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from facs_rig.folds import line_depths
 from facs_rig.identity import crease_gain
 
 from .artist import Artist
-from .bending import Frame, ear_grown, jaw_bent, moved
+from .bending import Frame, ear_grown, jaw_bent, moved, overdone
 from .places import Places, places_of
 from .shapes import Points, even
 
@@ -22,6 +22,7 @@ RAYS = 96  # directions in which outlines are looked for, from above to the righ
 NECK = 1.34  # units below the eyes where the neck ends
 NARROW = 0.94  # of the neck as the skin has it: how wide it is drawn
 SIDES = ("left", "right")
+BARING = ("smile", "grimace", "sneer", "lower_lip_depress")  # what teeth may be bared in
 FAR_EAR = -0.42  # how far an ear may be turned away and still be seen
 SEEN = 0.08  # n·v from which a place on the skin is seen
 SOFT = np.array([0.03, 0.08, 0.14, 0.16, 0.18, 0.16, 0.14, 0.08, 0.03])  # between rays
@@ -41,6 +42,7 @@ class Sitter:
     origin, right, down, unit : the frame: between the eyes, unit vectors, pixels of 0.1 m
     turn : how far the nose points to the picture's right, -1 to 1        person : its identity
     smile : how much both corners of the mouth smile, 1 at full natural activation
+    bared : how much the mouth is stretched or smiles, so that teeth may be shown
     """
 
     curves: dict[str, Points]
@@ -59,6 +61,7 @@ class Sitter:
     turn: float
     person: Mapping[str, float]
     smile: float
+    bared: float
 
     def at(self, x: NDArray | float, y: NDArray | float) -> Points:
         """Pixels (..., 2) of places in the frame, in units."""
@@ -98,6 +101,12 @@ def sit(
         origin, np.array([down[1], -down[0]]), down, float(np.mean(camera.scale)) * UNIT / near,
         float(axes[2, 0]),
     )  # fmt: skip
+    rest = flat
+    if artist.overdo > 1 and any(parameters.aus.values()):
+        resting = rig.pose(replace(parameters, aus={}))
+        rest = np.einsum("kc,kcd->kd", places.weight, resting[places.index])
+        rest = camera.project(rest).astype(float)
+    flat = overdone(flat, rest, places, frame, artist)
     flat = frame.stretched(moved(flat, places, frame, artist), artist)
     face, head = _outlines(places, vertices, camera, frame)
     ears = {
@@ -118,6 +127,7 @@ def sit(
         flat[places.curves["landmarks"]],
         frame.origin, frame.right, frame.down, frame.unit, frame.turn, parameters.identity,
         float(parameters.aus.get("smile", 0.0)) / 5,
+        max(float(parameters.aus.get(name, 0.0)) for name in BARING) / 5,
     )  # fmt: skip
 
 

@@ -75,7 +75,7 @@ def test_every_convention_draws_something_inside_the_page(field, way, yaw):
 @pytest.mark.parametrize("field", {**CONVENTIONS, **EXTRAS})
 def test_every_convention_is_a_picture_of_its_own(field):
     """No two of a feature give the same strokes: none is a dead entry."""
-    aus = {"open": {"jaw_open": 3}, "iris": {"lid_raise": 3}, "eye": {"lid_raise": 3}}.get(
+    aus = {"open": {"jaw_open": 1.5}, "iris": {"lid_raise": 3}, "eye": {"lid_raise": 3}}.get(
         field, {"squint": 4, "outer_squint": 4, "frontalis": 4}
     )
     base = replace(PLAIN, eye="almond", cut="short", crease="all", crow="curves", glasses="none")
@@ -130,12 +130,76 @@ def test_the_eye_closes_with_a_blink(way):
         assert openings[2] < 0.6 * openings[0]
 
 
-def test_who_grins_shows_teeth_only_when_smiling():
-    def mouth(aus, grin):
-        return tall(points_of(drawn(replace(PLAIN, grin=grin, mouth="line"), aus)[0], "mouth"))
+def test_teeth_are_bared_only_in_actions_that_bare_them():
+    def mouth(aus, bares):
+        return tall(points_of(drawn(replace(PLAIN, bares=bares, mouth="line"), aus)[0], "mouth"))
 
-    assert mouth({"smile": 5}, True) > mouth({"smile": 5}, False) + 4
-    assert mouth({}, True) == mouth({}, False)
+    for aus in ({"smile": 5}, {"grimace": 5}):
+        assert mouth(aus, True) > mouth(aus, False) + 4
+    for aus in ({}, {"frown": 5}):
+        assert mouth(aus, True) == mouth(aus, False)
+
+
+@pytest.mark.parametrize("way", [w for w in CONVENTIONS["open"] if w not in ("outline", "grid")])
+def test_what_is_inside_a_mouth_tells_a_shut_jaw_from_an_open_one(way):
+    """Nothing is black between clenched teeth."""
+
+    def black(aus):
+        strokes, _ = drawn(replace(PLAIN, bares=True, open=way, mouth="line"), aus)
+        mouth = points_of(strokes, "mouth")
+        left, top, right, bottom = *mouth.min(axis=0), *mouth.max(axis=0)
+        picture = ink(strokes, SIZE, SIZE, STYLES["ink"])
+        return (picture[int(top) : int(bottom), int(left) : int(right)] < 60).mean()
+
+    assert black({"jaw_open": 5}) > 2 * black({"smile": 5})
+
+
+def slopes(artist, aus):
+    """How much lower than its outer end the inner end of either brow is, per pixel of length."""
+    _, places = drawn(artist, aus)
+    out = []
+    for side in ("left", "right"):
+        inner, outer = (places[LANDMARKS.index(f"brow_{e}_{side}")] for e in ("inner", "outer"))
+        out.append((inner - outer)[1] / abs((inner - outer)[0]))
+    return np.array(out)
+
+
+@pytest.mark.parametrize("action, way", [("brow_furrow", 1), ("medialis_frontalis", -1)])
+def test_what_is_overdone_bends_the_brows_further_and_leaves_a_face_at_rest(action, way):
+    plain, much = (replace(PLAIN, overdo=factor) for factor in (1.0, 3.0))
+    bent = slopes(plain, {action: 4}) - slopes(plain, {})
+    assert (way * bent > 0).all()
+    assert (way * (slopes(much, {action: 4}) - slopes(plain, {})) > 2 * way * bent).all()
+    assert drawn(much)[1] == pytest.approx(drawn(plain)[1])
+
+
+def test_an_artist_may_draw_brows_level():
+    def lower_edge(level):
+        """How much lower the inner end of a brow's lower edge is, per pixel of its length."""
+        strokes, _ = drawn(replace(PLAIN, brow="double", brow_size=1.4, level=level))
+        brows = [s.points for s in strokes if s.kind == "brow"]
+        low = max((p for p in brows if p[:, 0].mean() > SIZE / 2), key=lambda p: p[:, 1].mean())
+        low = low[np.argsort(low[:, 0])]  # on the picture's right the inner end is the left one
+        return (low[0, 1] - low[-1, 1]) / (low[-1, 0] - low[0, 0])
+
+    assert abs(lower_edge(1.0)) < 0.4 * lower_edge(0.0)
+
+
+def test_shut_eyes_may_smile():
+    """An arc upward in a smile, as comics have it, and never without one."""
+
+    def arches(aus, seed):
+        artist = replace(PLAIN, manner="cartoon", eye="dot", brow="none", nose="none", mouth="line")
+        strokes, places = drawn(artist, aus, seed=seed)
+        ends = [places[LANDMARKS.index(f"eye_{c}_left")] for c in ("inner", "outer")]
+        lids = [s.points for s in strokes if s.kind == "lid"]
+        line = min(lids, key=lambda p: np.abs(p.mean(axis=0) - np.mean(ends, axis=0)).sum())
+        return line[len(line) // 2, 1] < line[[0, -1], 1].mean()
+
+    smiling = [arches({"blink": 5.5, "smile": 4}, seed) for seed in range(20)]
+    assert 4 < sum(smiling) < 18
+    calm = [arches({"blink": 5.5}, seed) for seed in range(20)]
+    assert sum(calm) < 3
 
 
 def curve_of_mouth(aus):
