@@ -12,6 +12,8 @@ from .augment import MID, NEAR, NO_FACE, WIDE
 
 YES = 2.5  # how much a yes counts: most actions are rare, and calibration follows anyway
 WHO = 0.5  # how much the person counts
+# The first parameters of a person, sex, age and weight, change the whole face: how much each counts.
+MACROS, MACRO = 3, 8.0
 UNITS = 4.0  # how much the units count among the rest; they are the hardest to learn
 
 
@@ -84,14 +86,16 @@ def person_loss(person: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
 
     Each sample counts by its own spread, so that what is hard to see does not stop being learnt
     (Seitzer et al. 2022, "On the Pitfalls of Heteroscedastic Uncertainty Estimation", beta 0.5).
-    What is not known (nan) does not count.
+    What is not known (nan) does not count; what changes the whole face counts `MACRO` times.
     """
     known = ~torch.isnan(truth) * weight[:, None]
+    much = torch.ones_like(truth[0])
+    much[:MACROS] = MACRO
     spread = person[:, :, 1].clamp(-4, 2)
     off = person[:, :, 0] - torch.nan_to_num(truth)
     likelihood = 0.5 * (off * torch.exp(-spread)) ** 2 + spread
     likelihood = likelihood * torch.exp(spread).detach()
-    return (likelihood * known).sum() / known.sum().clamp(min=1)
+    return (likelihood * known * much).sum() / known.sum().clamp(min=1)
 
 
 def region_loss(regions: Tensor, truth: Tensor) -> Tensor:

@@ -35,9 +35,9 @@ class Known:
         return through(self.page, self.camera.project(points))
 
 
-def known_face(seed: int, index: int, size: int = SIZE) -> Known:
+def known_face(seed: int, index: int, size: int = SIZE, scheme: str = "sparse") -> Known:
     """Sample `index` of a data set with this seed."""
-    drawing, record = make_sample(seed, index, size=size, scheme="sparse")
+    drawing, record = make_sample(seed, index, size=size, scheme=scheme)
     about = record["camera"]
     distance = math.inf if about["distance"] is None else about["distance"]
     camera = Camera(size, size, tuple(about["scale"]), tuple(about["centre"]), distance)
