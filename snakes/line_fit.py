@@ -22,6 +22,7 @@ from .contours import head_box
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
+from .mouth import with_rims
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -88,6 +89,7 @@ def fit_lines(
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
     faces = _of_the_face(drawn, observed)
+    observed = with_rims(observed, faces)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
     parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
@@ -116,8 +118,7 @@ def _of_the_face(drawn: Lines, observed: Observations) -> Lines:
     them, and its outline is not to follow them."""
     if observed.hair is None or not len(drawn.points):
         return drawn
-    face = observed.hair(drawn.points) < HAIR
-    return replace(drawn, points=drawn.points[face], along=drawn.along[face])
+    return drawn.some(observed.hair(drawn.points) < HAIR)
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:

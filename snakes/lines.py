@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_erosion, distance_transform_edt
 from scipy.spatial import cKDTree
 from skimage.morphology import skeletonize
 
@@ -28,6 +29,10 @@ NEIGHBOURS = 9
 """Points of a line whose spread says where it runs."""
 AROUND = 4.0
 """Cells within which they lie."""
+PEN = 0.4
+"""Of the half widths of all ink along its middle, the one that is a line's."""
+FILLED, LEAST_FILLED = 2.2, 3.0
+"""Ink that is so many times as wide as a line is filled, and no narrower than so many cells."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +40,23 @@ class Lines:
     """Points all along lines.
 
     points : (k, 2) float64, pixels (u, v)      along : (k, 2) float64, unit, either way
+    border : (k,) bool or None, of a drawing the outlines of what is filled, of a face the borders
+    of its lips. These never answer one another: what is filled is the mouth, and ends at its rims
     """
 
     points: NDArray[np.float64]
     along: NDArray[np.float64]
+    border: NDArray[np.bool_] | None = None
 
     @cached_property
     def spacing(self) -> float:
         """See `spacing`; of a drawing's lines it is asked for again and again."""
         return spacing(self.points)
+
+    def some(self, which: NDArray) -> Lines:
+        """Some of the points: (k,) bool, or their numbers."""
+        border = None if self.border is None else self.border[which]
+        return Lines(self.points[which], self.along[which], border)
 
 
 @dataclass(frozen=True)
@@ -64,7 +77,7 @@ class SurfaceLines:
     def without(self, kinds: Collection[str]) -> Lines:
         """The points of all lines but those of some kinds."""
         kept = np.repeat(~np.isin(self.kinds, list(kinds)), np.diff(self.starts))
-        return Lines(self.lines.points[kept], self.lines.along[kept])
+        return self.lines.some(kept)
 
 
 def centre_lines(drawing: NDArray[np.floating], box: Box) -> Lines:
@@ -75,11 +88,33 @@ def centre_lines(drawing: NDArray[np.floating], box: Box) -> Lines:
     high = max(box.height, 1.0)
     cell = max(high / HEIGHT, 1.0)
     size = max(int(box.width / cell), 1), max(int(high / cell), 1)
-    ink = binarise(working_drawing(drawing, box, size))
-    v, u = np.nonzero(skeletonize(np.pad(ink, 1))[1:-1, 1:-1])
+    ink = np.pad(binarise(working_drawing(drawing, box, size)), 1)
+    middle, outline = _middles(ink)
+    v, u = np.nonzero((middle | outline)[1:-1, 1:-1])
     cells = np.array([box.width / size[0], high / size[1]])
     points = np.stack([u, v], axis=1) + 0.5
-    return Lines(points * cells + [box.left, box.top], directions(points))
+    border = outline[1:-1, 1:-1][v, u]
+    return Lines(points * cells + [box.left, box.top], directions(points), border)
+
+
+def _middles(ink: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """The middle of every stroke, one cell wide, and the outlines of what is filled.
+
+    A black mouth has a middle, too, but nobody drew it: its rims are what was drawn, and they lie
+    half a stroke inside of the black.
+    """
+    middle = skeletonize(ink)
+    nothing = np.zeros_like(ink)
+    if not middle.any():
+        return middle, nothing
+    deep = distance_transform_edt(ink)
+    pen = float(np.quantile(deep[middle], PEN))
+    core = deep > max(FILLED * pen, LEAST_FILLED)
+    if not core.any():
+        return middle, nothing
+    filled = ink & (distance_transform_edt(~core) <= max(FILLED * pen, LEAST_FILLED) + 1)
+    inner = filled & (deep > pen)
+    return middle & ~filled, inner & ~binary_erosion(inner)
 
 
 def directions(points: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -190,6 +225,13 @@ def nearest_lines(
     """
     if not len(among.points) or not len(of.points):
         return np.full(len(of.points), -1), np.full(len(of.points), np.inf)
+    if among.border is not None and of.border is not None and among.border.any():
+        pair, away = nearest_lines(replace(among, border=None), of, turn, reach)
+        lips, left = np.flatnonzero(of.border), np.flatnonzero(~among.border)
+        asking = replace(of.some(lips), border=None)
+        near, far = nearest_lines(among.some(left), asking, turn, reach)
+        pair[lips], away[lips] = np.where(near >= 0, np.append(left, -1)[near], -1), far
+        return pair, away
     tree = cKDTree(_placed(among, turn))
     away, near = tree.query(_placed(of, turn), distance_upper_bound=reach)
     return np.where(np.isfinite(away), near, -1), away

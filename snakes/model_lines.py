@@ -56,7 +56,8 @@ def face_lines(
         )
     starts = np.cumsum([0, *(len(line[0]) for line in found)])
     kinds_of = np.array([line[4] for line in found], dtype=str)
-    return SurfaceLines(Lines(points, along), starts, triangle, weights, kinds_of)
+    lips = np.repeat(kinds_of == "lip", np.diff(starts))
+    return SurfaceLines(Lines(points, along, lips), starts, triangle, weights, kinds_of)
 
 
 def _along(line: NDArray, way: NDArray, at: NDArray, step: float) -> NDArray[np.float64]:
@@ -85,4 +86,4 @@ def face_contours(rig: FaceRig, posed: NDArray, camera: Camera) -> SurfaceLines:
         centre=(camera.centre[0] / pixel, camera.centre[1] / pixel),
     )
     found = face_lines(rig, posed, coarse, kinds=("contour",), step=step / pixel)
-    return replace(found, lines=Lines(found.lines.points * pixel, found.lines.along))
+    return replace(found, lines=replace(found.lines, points=found.lines.points * pixel))

@@ -10,6 +10,7 @@ which is stable at every step, and banded, so that all snakes take a step in a m
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,7 @@ def line_moves(
     normal = model.along[:, ::-1] * (-1, 1)
     stiff = _stiffness(starts, alpha, beta)
     for far in np.geomspace(*reach, rounds):
-        here = Lines(model.points + moves[:, None] * normal, model.along)
+        here = replace(model, points=model.points + moves[:, None] * normal)
         pair, away = nearest_lines(drawn, here, TURN * far, 1.5 * far)
         target = np.einsum("kd,kd->k", drawn.points[pair] - model.points, normal)
         sure = np.where(pair >= 0, np.clip(1 - (away / (1.5 * far)) ** 2, 0, 1) ** 2, 0.0)

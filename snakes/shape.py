@@ -92,8 +92,7 @@ LEAST_DOUBT = 0.05
 """However sure it was seen what somebody is like."""
 SEXES, DECIDED = (0.08, 0.92), 1.5
 """`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
-`gender` has the least square, with 1.5 the least mean, and faces differ twice as much (docs/fit.md).
-"""
+`gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1

@@ -12,7 +12,8 @@ from .augment import MID, NEAR, NO_FACE, WIDE
 
 YES = 2.5  # how much a yes counts: most actions are rare, and calibration follows anyway
 WHO = 0.5  # how much the person counts
-# The first parameters of a person, sex, age and weight, change the whole face: how much each counts.
+# The first parameters of a person, sex, age and weight, change the whole face: how many, how much
+# each of them counts.
 MACROS, MACRO = 3, 8.0
 UNITS = 4.0  # how much the units count among the rest; they are the hardest to learn
 

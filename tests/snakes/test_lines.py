@@ -38,6 +38,36 @@ def test_the_middle_of_a_drawn_ellipse(scene, width):
     assert np.abs(np.einsum("kd,kd->k", tangent, found.along)).min() > 0.8
 
 
+@pytest.mark.parametrize("height", [160, 90])
+def test_of_what_is_filled_the_outline_is_a_line(height):
+    """A black mouth on a page of lines, half a stroke inside its edge, where a line around it has
+    its middle; nobody drew the middle of the black."""
+    v, u = np.mgrid[:400, :400] + 0.5
+    paper = np.ones((400, 400))
+    paper[((u - 200) / 120) ** 2 + ((v - 200) / (height / 2)) ** 2 < 1] = 0.0
+    for row in range(20, 400, 45):
+        paper[row : row + 6, 20:70] = 0.0
+    found = centre_lines(paper, Box(0, 0, 400, 400))
+    filled = found.points[found.border]
+    assert found.border.sum() > 300
+    x, y = (filled - 200).T
+    inside = 1 - np.sqrt((x / 120) ** 2 + (y / (height / 2)) ** 2)
+    assert (inside > 0).all() and inside.max() * height / 2 < 9
+    assert (np.abs(found.points[~found.border][:, 0] - 200) > 100).all()
+
+
+def test_the_borders_of_lips_answer_no_outline_of_what_is_filled():
+    drawn = circle(20)
+    filled = Lines(drawn.points, drawn.along, np.arange(200) < 100)
+    face = Lines(drawn.points, drawn.along, np.ones(200, bool))
+    pair, away = nearest_lines(filled, face, turn=2.0, reach=3.0)
+    assert (pair[102:198] == np.arange(102, 198)).all()
+    assert (pair[10:90] == -1).all() and np.isinf(away[10:90]).all()
+    rims = Lines(drawn.points, drawn.along, np.zeros(200, bool))
+    for lines in (rims, drawn):  # all else does
+        assert (nearest_lines(filled, lines, turn=2.0, reach=3.0)[0] == np.arange(200)).all()
+
+
 def test_a_large_page_is_looked_at_in_its_own_pixels(scene):
     small = scene.ellipse(120, 80)
     large = np.repeat(np.repeat(small, 4, axis=0), 4, axis=1)

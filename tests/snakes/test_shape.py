@@ -169,12 +169,29 @@ def test_a_child_is_one_that_was_surely_seen(seen, spread, least):
 def test_who_was_seen_is_who_is_likely(drawn):
     """Without lines and landmarks the face is the one that the networks saw, within its ranges."""
     rig = load_rig()
-    person = {"gender": (0.9, 0.1), "nose_length": (0.6, 0.2), "jaw_width": (7.0, 0.2)}
+    person = {"weight": (0.6, 0.1), "nose_length": (0.6, 0.2), "jaw_width": (7.0, 0.2)}
     found, _ = fit_shape(NONE, rig, BEGIN, drawn[1], Observations({}, {}, person=person))
-    assert found.identity["gender"] == pytest.approx(0.9)
+    assert found.identity["weight"] == pytest.approx(0.6)
     assert found.identity["nose_length"] == pytest.approx(0.6)
     assert found.identity["jaw_width"] == 1.0
     assert "eye_size" not in found.identity
+
+
+@pytest.mark.parametrize("seen, spread", [(0.4, 0.3), (0.45, 0.2), (0.3, 0.25), (0.55, 0.02)])
+def test_people_are_women_or_men(drawn, seen, spread):
+    """What was seen moves toward the nearer of the two, the further the surer it is; who is seen
+    to be between them stays there, and a mirrored answer is mirrored."""
+
+    def fitted(*person):
+        observations = Observations({}, {}, person={"gender": person})
+        identity = fit_shape(NONE, load_rig(), BEGIN, drawn[1], observations)[0].identity
+        return identity.get("gender", 0.5)
+
+    told, surer = fitted(seen, spread), fitted(seen, spread / 2)
+    assert abs(told - 0.5) > abs(seen - 0.5) and (told - 0.5) * (seen - 0.5) > 0
+    assert abs(surer - 0.5) >= abs(told - 0.5) and 0 <= surer <= 1
+    assert fitted(1 - seen, spread) == pytest.approx(1 - told, abs=1e-4)
+    assert fitted(0.5, spread) == 0.5
 
 
 def test_what_is_surely_seen_bends_less_to_lines(drawn):

@@ -1,0 +1,78 @@
+"""Where the rims of an open mouth are: what is filled between the lips ends there.
+
+Who draws a laugh as a black shape draws no lips, and its outline looks like theirs. Networks find
+the mouth, and put lips where its rims are; that something is filled tells one from the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .lines import Lines
+
+if TYPE_CHECKING:
+    from .shape import Observations
+
+__all__ = ["with_rims"]
+
+COLUMNS = (
+    ("lip_inner_upper_right", "lip_inner_lower_right", "lip_peak_right", "lip_lower_inner_right"),
+    ("lip_inner_top", "lip_inner_bottom", "lip_top", "lip_bottom"),
+    ("lip_inner_upper_left", "lip_inner_lower_left", "lip_peak_left", "lip_lower_inner_left"),
+)
+"""The rim above and below, and the borders of the lips outside of them, from right to left."""
+CORNERS = ("mouth_corner_right", "mouth_corner_left")
+BESIDE = 0.1
+"""Of the mouth's width: so far beside a column the outline of what is filled belongs to it."""
+ROOM = 0.35
+"""Of the height between the lips' borders: so far outside of them it may lie."""
+HIGH = 0.3
+"""Of that height, what must be filled; less is the line between the lips."""
+PARTED = 0.15
+"""Of that height, how far apart the rims must have been found: dark lips are filled, too."""
+
+
+def with_rims(observed: Observations, drawn: Lines) -> Observations:
+    """Observations whose landmarks on the rims lie at the ends of what is filled between the lips,
+    and whose borders of the lips say nothing where that leaves no room for a lip."""
+    marks = observed.landmarks
+    names = {*CORNERS, *(name for column in COLUMNS for name in column)}
+    if drawn.border is None or not drawn.border.any() or not names <= set(marks):
+        return observed
+    right, left = (np.asarray(marks[name], float) for name in CORNERS)
+    width = float(np.hypot(*(left - right)))
+    if width < 1:
+        return observed
+    across = (left - right) / width
+    down = np.array([-across[1], across[0]])
+    edge = drawn.points[drawn.border] - right
+    u, v = edge @ across, edge @ down
+    moved: dict[str, tuple[float, float]] = {}
+    silent: set[str] = set()
+    for column in COLUMNS:
+        places = [np.asarray(marks[name], float) - right for name in column]
+        inner, lower_inner, outer, lower_outer = (float(place @ down) for place in places)
+        high = lower_outer - outer
+        if high <= 0 or lower_inner - inner < PARTED * high:
+            return observed
+        at = float(np.mean([place @ across for place in places[:2]]))
+        near = (np.abs(u - at) < BESIDE * width) & (
+            (v > outer - ROOM * high) & (v < lower_outer + ROOM * high)
+        )
+        if not near.any() or np.ptp(v[near]) < HIGH * high:
+            return observed
+        top, bottom = float(v[near].min()), float(v[near].max())
+        for name, place, rim, border, beyond, way in (
+            (column[0], inner, top, column[2], outer, -1),
+            (column[1], lower_inner, bottom, column[3], lower_outer, 1),
+        ):
+            if way * (rim - place) > 0:
+                point = right + at * across + rim * down
+                moved[name] = float(point[0]), float(point[1])
+            if way * (beyond - rim) < BESIDE * high:
+                silent.add(border)
+    kept = {name: place for name, place in marks.items() if name not in silent}
+    return replace(observed, landmarks={**kept, **moved})

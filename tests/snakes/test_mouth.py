@@ -1,0 +1,90 @@
+"""The rims of a mouth that is drawn as a black shape."""
+
+import numpy as np
+import pytest
+
+from snakes.lines import Lines
+from snakes.mouth import with_rims
+from snakes.shape import Observations
+
+RIMS = {"lip_inner_upper_{}": -5.0, "lip_inner_lower_{}": 5.0}
+BORDERS = {"lip_peak_{}": -15.0, "lip_lower_inner_{}": 15.0}
+
+
+def mouth(turn=0.0, apart=1.0):
+    """Observations of a mouth 100 pixels wide at (200, 300), its lips as landmarks of a closed or
+    barely open one have them, turned by so many radians."""
+    marks = {"mouth_corner_right": (-50.0, 0.0), "mouth_corner_left": (50.0, 0.0),
+             "lip_top": (0.0, -16.0), "lip_bottom": (0.0, 16.0),
+             "lip_inner_top": (0.0, -5.0 * apart),
+             "lip_inner_bottom": (0.0, 5.0 * apart)}  # fmt: skip
+    for side, u in (("right", -20.0), ("left", 20.0)):
+        marks |= {name.format(side): (u, v * apart) for name, v in RIMS.items()}
+        marks |= {name.format(side): (u, v) for name, v in BORDERS.items()}
+    return Observations({name: turned(place, turn) for name, place in marks.items()}, {})
+
+
+def turned(point, turn):
+    c, s = np.cos(turn), np.sin(turn)
+    u, v = point
+    return (float(200 + c * u - s * v), float(300 + s * u + c * v))
+
+
+def ellipse(high, turn=0.0, filled=True):
+    t = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    points = np.array([turned((48 * np.cos(a), high * np.sin(a)), turn) for a in t])
+    along = np.roll(points, -1, axis=0) - points
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    return Lines(points, along, np.full(len(points), filled))
+
+
+def heights(observed, turn=0.0):
+    c, s = np.cos(turn), np.sin(turn)
+    return {n: -s * (u - 200) + c * (v - 300) for n, (u, v) in observed.landmarks.items()}
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, -0.7])
+def test_rims_lie_where_what_is_filled_ends(turn):
+    seen = with_rims(mouth(turn), ellipse(15.0, turn))
+    v = heights(seen, turn)
+    assert v["lip_inner_top"] == pytest.approx(-15, abs=0.3)
+    assert v["lip_inner_bottom"] == pytest.approx(15, abs=0.3)
+    expected = 15 * np.sqrt(1 - (20 / 48) ** 2)
+    for side in ("left", "right"):
+        assert v[f"lip_inner_upper_{side}"] == pytest.approx(-expected, abs=1.2)
+        assert v[f"lip_inner_lower_{side}"] == pytest.approx(expected, abs=1.2)
+    # Where a rim is, no border of a lip can be; farther out it can.
+    assert not {"lip_top", "lip_bottom"} & set(v)
+    assert {"mouth_corner_left", "mouth_corner_right"} <= set(v)
+
+
+def test_lips_that_have_room_stay():
+    seen = with_rims(mouth(), ellipse(8.0))
+    assert {"lip_top", "lip_bottom"} <= set(seen.landmarks)
+    assert seen.landmarks["lip_inner_bottom"][1] == pytest.approx(308, abs=0.3)
+
+
+def test_rims_are_never_brought_together():
+    """Teeth above the black belong to the mouth, too."""
+    wide = mouth(apart=2.4)
+    assert with_rims(wide, ellipse(8.0)).landmarks == wide.landmarks
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [ellipse(15.0, filled=False), ellipse(3.0), Lines(np.zeros((0, 2)), np.zeros((0, 2)))],
+    ids=["an outline", "the line between the lips", "no lines"],
+)
+def test_what_is_not_filled_says_nothing(lines):
+    assert with_rims(mouth(), lines).landmarks == mouth().landmarks
+
+
+def test_dark_lips_that_are_closed_are_no_open_mouth():
+    shut = mouth(apart=0.1)
+    assert with_rims(shut, ellipse(15.0)).landmarks == shut.landmarks
+
+
+def test_a_mouth_that_was_not_found_says_nothing():
+    marks = {n: p for n, p in mouth().landmarks.items() if n != "lip_inner_top"}
+    seen = Observations(marks, {})
+    assert with_rims(seen, ellipse(15.0)) is seen
