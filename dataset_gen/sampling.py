@@ -6,7 +6,7 @@ so that sample k is the same whatever ran before it.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,6 +57,7 @@ def sample_face(
     size: int,
     scheme: str = DEFAULT,
     drawable: Collection[str] = KINDS,
+    identity: Mapping[str, float] | None = None,
 ) -> Sample:
     """A random face, its camera (size x size pixels) and its style.
 
@@ -65,6 +66,7 @@ def sample_face(
         faces without creases; varied, two in three of them with faint creases or none; thesis,
         every action at a random 0 to 5
     drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
+    identity : whose face it is, else by lot
     """
     aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
     yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
@@ -73,6 +75,8 @@ def sample_face(
     gaze = np.radians(rng.normal(0, (12, 7))) if rng.random() < 0.5 else np.zeros(2)
     looking = (float(gaze[0]), float(gaze[1]))
     who = sample_person(rng) if scheme == "people" else {**EARLIER, **sample_identity(rng)}
+    if identity is not None:
+        who = dict(identity)
     parameters = FaceParameters(aus, who, _floats(head), _floats(neck), looking)
     distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
     margin = float(rng.uniform(0.02, 0.12))

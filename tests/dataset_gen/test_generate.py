@@ -290,6 +290,18 @@ def test_a_file_for_a_folder(tmp_path):
         generate(1, tmp_path / "f")
 
 
+@pytest.mark.parametrize("scheme", ["people", "sparse"])
+def test_one_person_may_be_drawn_twice(scheme):
+    """Another expression, view and look; all but the person is what the lot had drawn."""
+    _, first = make_sample(6, 0, scheme=scheme)
+    picture, again = make_sample(7, 0, scheme=scheme, identity=first["identity"])
+    lot, other = make_sample(7, 0, scheme=scheme)
+    assert again["identity"] == first["identity"] != other["identity"]
+    for part in ("aus", "head", "gaze", "style"):
+        assert again[part] == other[part]
+    assert (picture != lot).any()
+
+
 def test_smooth_and_varied_are_the_sparse_faces_with_fewer_creases():
     rig = load_rig()
 
