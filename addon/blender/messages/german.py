@@ -827,6 +827,13 @@ SETTINGS = {
         "Wie viel von Person und Ausdruck gezeigt wird: 0 ein Durchschnittsgesicht, 1 alles, "
         "1,5 mehr"
     ),
+    "Caricature": "Karikatur",
+    "How much of what makes this person and the expression is shown: 0 a plain face, 1 as drawn, "
+    "2 twice as much; what you have changed since stays": (
+        "Wie viel von dem gezeigt wird, was Person und Ausdruck ausmacht: 0 ein "
+        "Durchschnittsgesicht, 1 wie gezeichnet, 2 doppelt so viel; was seither geändert wurde, "
+        "bleibt"
+    ),
     "The cut across a carved stroke": "Der Schnitt quer durch einen geritzten Strich",
     "Crease": "Falten",
     "A groove between low rims": "Eine Rille zwischen niedrigen Rändern",

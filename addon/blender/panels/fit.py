@@ -228,6 +228,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         key = face.data.shape_keys.key_blocks.get(FITTED)
         if key is not None:
             column.prop(key, "value", text="Fitted Details", slider=True)
+        column.prop(face.sketch_to_face, "caricature", slider=True)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
         column.label(text=translation.label("Strokes without a place: {count}", count=lost))

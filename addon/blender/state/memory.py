@@ -22,7 +22,7 @@ from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
 from facs_rig.folds import SEED
 
-from . import sources
+from . import caricature, sources
 
 TYPICAL = 2.5  # intensity of an action that the artist says is there and nobody has read
 STRONGEST = 5.0  # full natural activation; more is exaggeration, and the sliders' affair
@@ -86,6 +86,15 @@ def decide(item, value: float) -> None:
     item.id_data[item.name] = float(value)
     item.locked = True
     refresh(item.id_data)
+
+
+def exaggerate(memory_of, much: float) -> None:
+    """Show so many times what makes the drawn person and the expression."""
+    face = memory_of.id_data
+    if not _is_reloaded(face, caricature.shown(face), much):
+        # A slider can tell nobody what is wrong; the panel that it is in does.
+        with contextlib.suppress(InputError):
+            caricature.show(face, much)
 
 
 class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
@@ -204,6 +213,18 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         name="Live",
         description="Watch the sketch, and fit this face again whenever it changes",
     )
+    caricature: FloatProperty(
+        name="Caricature",
+        description="How much of what makes this person and the expression is shown: 0 a plain "
+        "face, 1 as drawn, 2 twice as much; what you have changed since stays",
+        min=0.0,
+        max=caricature.MOST,
+        default=1.0,
+        step=5,
+        options=set(),
+        get=lambda self: caricature.shown(self.id_data),
+        set=lambda self, much: exaggerate(self, much),
+    )
     strokes: StringProperty(
         name="Strokes", description="What became of strokes without a place when it was fitted"
     )
@@ -257,6 +278,7 @@ def remember(face, holder, found) -> None:
     for name, value in drawn.items():
         item = settings.expression.add()
         item.name, item.value = name, value
+    caricature.begin(face, fit.parameters.identity)
     settings.head, settings.neck = fit.parameters.head, fit.parameters.neck
     settings.strokes = found.strokes
     settings.mark, settings.page = found.mark, found.to_places.ravel().tolist()
