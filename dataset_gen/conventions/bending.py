@@ -24,7 +24,7 @@ ANCHORS = {
 
 # Of each feature, how much of what an artist overdoes bends it, and how much shifts it: brows bend
 # most, what lids do is told by how far they are open, and a mouth must stay on its chin.
-OVERDONE = {"lid": (0.0, 0.0), "brow": (1.0, 0.35), "nose": (0.15, 0.15), "rim": (0.3, 0.1)}
+OVERDONE = {"lid": (0.0, 0.0), "brow": (1.0, 0.35), "nose": (0.15, 0.15), "rim": (0.5, 0.1)}
 
 
 class Frame:
@@ -55,6 +55,14 @@ def overdone(
         bend, shift = OVERDONE[kind]
         own = places.feature == k
         away = points[own] - rest[own]
+        if kind == "rim":
+            # As the upper lip bends, so that lips part no further: how far is told by the jaw.
+            upper = places.curves["rim_upper"]
+            across = rest[upper] @ frame.right
+            order = np.argsort(across)
+            lines = (points[upper] - rest[upper])[order].T
+            here = rest[own] @ frame.right
+            away = np.stack([np.interp(here, across[order], line) for line in lines], axis=1)
         middle = away.mean(axis=0)
         out[own] += (artist.overdo - 1) * (bend * (away - middle) + shift * middle)
         if kind == "brow":
