@@ -90,9 +90,10 @@ CHILD = -0.25
 """`age` from which on, with its spread, somebody is taken for a child: 20 years."""
 LEAST_DOUBT = 0.05
 """However sure it was seen what somebody is like."""
-SEXES, DECIDED = (0.08, 0.92), 1.5
-"""`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
-`gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
+SEXES, WITHIN, DECIDED = (0.08, 0.92), 0.2, 1.5
+"""`gender` of most women and most men, how much people differ from these, and how decidedly one of
+them is taken: with 1 the error of `gender` has the least square, with 1.5 the least mean, and faces
+differ more (docs/fit.md)."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
@@ -273,7 +274,7 @@ def _woman_or_man(seen: float, spread: float) -> tuple[float, float]:
     odds = DECIDED * (man - woman) * (seen - (woman + man) / 2) / spread**2
     share = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
     doubt = (man - woman) * np.sqrt(share * (1 - share))
-    return woman + (man - woman) * share, float(np.hypot(doubt, woman))
+    return woman + (man - woman) * share, float(np.hypot(doubt, WITHIN))
 
 
 class _System:
