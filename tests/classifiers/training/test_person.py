@@ -18,7 +18,7 @@ from facs_rig.identity import BY_NAME
 from facs_rig.macros import age_of, years
 
 torch = pytest.importorskip("torch")
-from classifiers.training.losses import person_loss  # noqa: E402
+from classifiers.training.losses import MACRO, MACROS, person_loss  # noqa: E402
 from classifiers.training.network import Networks  # noqa: E402
 
 GENDER, AGE, NOSE = (PERSON.index(name) for name in ("gender", "age", "nose_length"))
@@ -90,6 +90,14 @@ def test_what_is_not_known_of_a_person_does_not_count():
     assert told.grad[0, 0].abs().sum() > 0
     for row, column in ((0, 1), (1, 0), (1, 1), (2, 0)):
         assert told.grad[row, column].abs().sum() == 0
+
+
+def test_what_changes_the_whole_face_counts_more():
+    assert set(PERSON[:MACROS]) == {"gender", "age", "weight"}
+    told = torch.zeros(1, len(PERSON), 2, requires_grad=True)
+    person_loss(told, torch.ones(1, len(PERSON)), torch.ones(1)).backward()
+    pull = told.grad[0, :, 0]
+    assert torch.allclose(pull[:MACROS], MACRO * pull[MACROS:].mean())
 
 
 def test_the_person_does_not_bend_the_landmarks():
