@@ -90,10 +90,11 @@ CHILD = -0.25
 """`age` from which on, with its spread, somebody is taken for a child: 20 years."""
 LEAST_DOUBT = 0.05
 """However sure it was seen what somebody is like."""
-SEXES, WITHIN, DECIDED = (0.08, 0.92), 0.2, 1.5
-"""`gender` of most women and most men, how much people differ from these, and how decidedly one of
-them is taken: with 1 the error of `gender` has the least square, with 1.5 the least mean, and faces
-differ more (docs/fit.md)."""
+SEXES, DECIDED = (0.08, 0.92), 1.5
+"""`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
+`gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
+BY_LINES, BY_PINS = 0.08, 0.2
+"""How far lines and pins take it from there: those lines that strangers draw say little of it."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
@@ -203,7 +204,7 @@ class _Guess:
             (angle, spread, -np.inf, np.inf)
             for angle, spread in zip(parameters.head, POSE, strict=True)
         ]
-        rows += [_likely(name, observed.person) for name in identity]
+        rows += [_likely(name, observed.person, bool(observed.pins)) for name in identity]
         rows += [(parameters.aus[name], INTENSITY, 0.0, MOST) for name in controls]
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)
@@ -244,11 +245,12 @@ def _telling(identity: Mapping[str, float]) -> dict[str, float]:
 
 
 def _likely(
-    name: str, person: Mapping[str, tuple[float, float]]
+    name: str, person: Mapping[str, tuple[float, float]], pinned: bool = False
 ) -> tuple[float, float, float, float]:
     """What an identity parameter probably is, how far off that is, its least and its most.
 
     Of people in general, or where something was seen of who is drawn, of such people.
+    pinned : whether the artist has said where landmarks are
     """
     feature = BY_NAME[name]
     least, most = feature.minimum, feature.maximum
@@ -258,14 +260,14 @@ def _likely(
         return feature.default, SPREAD.get(name, FEATURE), least, most
     seen, spread = person[name]
     if name == "gender":
-        seen, spread = _woman_or_man(seen, spread)
+        seen, spread = _woman_or_man(seen, spread), BY_PINS if pinned else BY_LINES
     if name == "age" and seen > CHILD - spread:
         least, _ = GROWN
     return float(np.clip(seen, least, most)), max(spread, LEAST_DOUBT), least, most
 
 
-def _woman_or_man(seen: float, spread: float) -> tuple[float, float]:
-    """`gender`, and how far off that may be, of what was seen.
+def _woman_or_man(seen: float, spread: float) -> float:
+    """`gender` of what was seen, which may be so far off.
 
     Networks that doubt answer with the mean, and there nobody is: people are one of SEXES rather
     than between them. What was seen says how much likelier one is than the other.
@@ -273,8 +275,7 @@ def _woman_or_man(seen: float, spread: float) -> tuple[float, float]:
     woman, man = SEXES
     odds = DECIDED * (man - woman) * (seen - (woman + man) / 2) / spread**2
     share = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
-    doubt = (man - woman) * np.sqrt(share * (1 - share))
-    return woman + (man - woman) * share, float(np.hypot(doubt, WITHIN))
+    return float(woman + (man - woman) * share)
 
 
 class _System:
