@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, distance_transform_edt
+from scipy.ndimage import binary_erosion, distance_transform_edt, maximum_filter
 from scipy.spatial import cKDTree
 from skimage.morphology import skeletonize
 
@@ -30,7 +30,7 @@ NEIGHBOURS = 9
 AROUND = 4.0
 """Cells within which they lie."""
 PEN = 0.4
-"""Of the half widths of all ink along its middle, the one that is a line's."""
+"""Of the half widths of all ink along its ridges, the one that is a line's."""
 FILLED, LEAST_FILLED = 2.2, 3.0
 """Ink that is so many times as wide as a line is filled, and no narrower than so many cells."""
 
@@ -108,7 +108,9 @@ def _middles(ink: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool
     if not middle.any():
         return middle, nothing
     deep = distance_transform_edt(ink)
-    pen = float(np.quantile(deep[middle], PEN))
+    # Unlike thinned ink, ridges are the same however the page lies.
+    ridge = ink & (deep == maximum_filter(deep, 3))
+    pen = float(np.quantile(deep[ridge], PEN))
     core = deep > max(FILLED * pen, LEAST_FILLED)
     if not core.any():
         return middle, nothing

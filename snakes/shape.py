@@ -93,8 +93,8 @@ LEAST_DOUBT = 0.05
 SEXES, DECIDED = (0.08, 0.92), 1.5
 """`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
 `gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
-BY_LINES, BY_PINS = 0.08, 0.2
-"""How far lines and pins take it from there: those lines that strangers draw say little of it."""
+BY_LINES = 0.08
+"""How far lines may take it from there: those that strangers draw say little of it."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
@@ -260,7 +260,7 @@ def _likely(
         return feature.default, SPREAD.get(name, FEATURE), least, most
     seen, spread = person[name]
     if name == "gender":
-        seen, spread = _woman_or_man(seen, spread), BY_PINS if pinned else BY_LINES
+        seen, spread = _woman_or_man(seen, spread), spread if pinned else BY_LINES
     if name == "age" and seen > CHILD - spread:
         least, _ = GROWN
     return float(np.clip(seen, least, most)), max(spread, LEAST_DOUBT), least, most
