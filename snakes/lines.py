@@ -31,8 +31,8 @@ AROUND = 4.0
 """Cells within which they lie."""
 PEN = 0.4
 """Of the half widths of all ink along its ridges, the one that is a line's."""
-FILLED, LEAST_FILLED = 2.2, 3.0
-"""Ink that is so many times as wide as a line is filled, and no narrower than so many cells."""
+FILLED = 2.2
+"""Ink that is so many times as wide as a line is filled."""
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,11 @@ def _middles(ink: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool
     # Unlike thinned ink, ridges are the same however the page lies.
     ridge = ink & (deep == maximum_filter(deep, 3))
     pen = float(np.quantile(deep[ridge], PEN))
-    core = deep > max(FILLED * pen, LEAST_FILLED)
+    wide = max(FILLED * pen, pen + AROUND)  # so that its outline has a direction everywhere
+    core = deep > wide
     if not core.any():
         return middle, nothing
-    filled = ink & (distance_transform_edt(~core) <= max(FILLED * pen, LEAST_FILLED) + 1)
+    filled = ink & (distance_transform_edt(~core) <= wide + 1)
     inner = filled & (deep > pen)
     return middle & ~filled, inner & ~binary_erosion(inner)
 

@@ -93,7 +93,7 @@ LEAST_DOUBT = 0.05
 SEXES, DECIDED = (0.08, 0.92), 1.5
 """`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
 `gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
-BY_LINES = 0.08
+BY_LINES = 0.12
 """How far lines may take it from there: those that strangers draw say little of it."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
