@@ -8,7 +8,7 @@ Drawings that nobody trained on, of people and expressions that are known:
   by `identity` among all is the same person (rank-1), and how high that person ranks;
 - the head's pitch, its mean error and its bias, of contours, of conventions, which bend a face, and
   of people with features far out;
-- how far the face at rest is from its mirror image, of people who are symmetric.
+- how far the face at rest is from symmetric, of people who are.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def person(identity):
 
 
 def crooked(face) -> float:
-    """Mean millimetres between the face at rest and its mirror image."""
+    """Mean millimetres from the face at rest to the symmetric one half way to its mirror image."""
     rig = load_rig()
     rest = rig.pose(FaceParameters(identity=face.parameters.identity), face.offsets)
     mirrored = rest[rig.mirror] * (-1, 1, 1)
@@ -82,7 +82,7 @@ def main() -> None:
         pairs = []
         for index in range(count):
             first = fitted(seed, index, scheme)
-            who = first and {k: v for k, v in first[1]["identity"].items()}
+            who = first and first[1]["identity"]
             second = first and fitted(seed + 1, index, scheme, identity=who)
             if first and second:
                 pairs.append((first, second))

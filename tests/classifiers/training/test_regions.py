@@ -19,14 +19,13 @@ torch = pytest.importorskip("torch")
 from classifiers.training.losses import region_loss  # noqa: E402
 
 FACE, HAIR, BEARD = range(len(REGIONS))
-ASIDE = 45  # degrees: from there on the tip of the nose passes the cheek's outline
 SQUARE = [[10.0, 10.0], [30.0, 10.0], [30.0, 30.0], [10.0, 30.0]]
 
 
 @pytest.fixture(scope="module")
 def drawn():
     """Eight drawings by convention: pictures, records, targets, names."""
-    samples = [make_sample(5, k, engine="conventions") for k in range(8)]
+    samples = [make_sample(11, k, engine="conventions") for k in range(8)]
     pictures, records = [picture for picture, _ in samples], [record for _, record in samples]
     targets = encode_all(DataSet(pictures, records), TWELVE, LANDMARKS)
     return pictures, records, targets, Names.of(TWELVE, LANDMARKS)
@@ -59,8 +58,7 @@ def test_conventions_tell_where_their_face_and_hair_are(drawn):
         mask = outlines.mask(outlines.points, Box.at(0, 0, 256, 256), 64)
         places = {n: targets.landmarks[row][k] for k, n in enumerate(LANDMARKS)}
         at = Mask(Box.at(0, 0, 256, 256), mask).at("face", np.array([places["nose_tip"]]))
-        if abs(record["head"]["yaw"]) < ASIDE:
-            assert at[0] > 0.5
+        assert at[0] > 0.5
         haired += mask[HAIR].sum() > 30
         if mask[HAIR].sum() > 30:  # it begins above the face
             tops = [np.flatnonzero(mask[part].max(axis=1) > 0.5)[0] for part in (HAIR, FACE)]
@@ -70,7 +68,7 @@ def test_conventions_tell_where_their_face_and_hair_are(drawn):
 
 def test_masks_move_with_the_page_and_its_mirror_image(drawn):
     pictures, records, targets, names = drawn
-    for seed, kind in ((0, NEAR), (1, WIDE), (4, WIDE)):
+    for seed, kind in ((0, NEAR), (1, WIDE), (2, WIDE)):
         outlines = Outlines.of(records[seed])
         one, other = (
             example(
