@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -25,6 +25,7 @@ from snakes import (
     unmatched_lines,
 )
 from snakes.model_lines import EVERY, INNER
+from snakes.skull import HAIR
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
 
@@ -73,6 +74,18 @@ def ruler(drawing: NDArray, box: Box, reach: float) -> Ruler:
     )
 
 
+def without_hair(ruler: Ruler, hair: Callable[[NDArray], NDArray]) -> Ruler:
+    """A ruler that knows no lines where hair is; hair : see Comparison."""
+    row, column = np.nonzero(ruler.lines)
+    left, top, right, bottom = ruler.box
+    size = np.array(ruler.lines.shape[::-1])
+    cell = np.array([right - left, bottom - top]) / size
+    places = (np.stack([column, row], axis=1) + 0.5) * cell + (left, top)
+    lines = ruler.lines.copy()
+    lines[row, column] = hair(places) < HAIR
+    return replace(ruler, lines=lines, distance=distance_transform_edt(~lines))
+
+
 def contour_error(ruler: Ruler, points: NDArray) -> float:
     """Mean distance, in pixels of the drawing, between a face's lines and the sketch's.
 
@@ -103,6 +116,7 @@ class Comparison:
     drawing : (h, w), 1 is paper      fitted : the face that a method has found
     template : the face before anything but its head's turn was read from the drawing
     place : finds the camera for a face, as the fit's was found before it began
+    hair : (k, 2) pixels -> (k,) how probable hair is there, or None: no line of it is a face's
     max_delta : as Tweakables has it; every distance is cut there
     seconds : what was worked out -> how long it took
     """
@@ -112,26 +126,34 @@ class Comparison:
     fitted: Fitted
     template: FaceParameters
     place: Callable[[FaceParameters], Camera]
+    hair: Callable[[NDArray], NDArray] | None
     max_delta: float
     seconds: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        """template, expression, fitted -> `contour_error`, pixels of the drawing."""
+        """template, expression, fitted -> `contour_error`, pixels of the drawing, beside hair."""
         after = self._lines.without(INNER)
         start = perf_counter()
         template = self.rig.pose(self.template), self.place(self.template)
         box = head_box(*template)
         reach = self.max_delta * box.height / WORKING_SIZE[1]
         measured = ruler(self.drawing, box, reach)
+        if self.hair is not None:
+            measured = without_hair(measured, self.hair)
         lines = {
             "template": face_contours(self.rig, *template).lines,
             "expression": self._model,
             "fitted": after,
         }
-        found = {name: contour_error(measured, line.points) for name, line in lines.items()}
+        found = {name: contour_error(measured, self._bare(line)) for name, line in lines.items()}
         self.seconds["errors"] = perf_counter() - start
         return found
+
+    def _bare(self, lines: Lines) -> NDArray[np.float64]:
+        """The points of a face's lines that no hair hides."""
+        points = lines.points
+        return points if self.hair is None else points[self.hair(points) < HAIR]
 
     @cached_property
     def unmatched(self) -> list[NDArray[np.float64]]:

@@ -27,12 +27,11 @@ from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
 from .shape import Observations, fit_shape
+from .skull import HAIR
 from .tweakables import WORKING_SIZE, Tweakables
 
 __all__ = ["LineFit", "fit_lines", "unmatched_lines"]
 
-HAIR = 0.5
-"""A line is not of the face from this probability on that hair is drawn there."""
 ANSWERS = 0.02
 """A line of the face answers one of the drawing that lies so near, as a share of the head."""
 SHORTEST = 0.035
@@ -88,8 +87,8 @@ def fit_lines(
     clock = Clock()
     box = head_box(rig.pose(parameters), camera)
     drawn = centre_lines(drawing, box)
-    faces = _of_the_face(drawn, observed)
-    observed = with_rims(observed, faces)
+    faces, mane = _apart(drawn, observed)
+    observed = replace(with_rims(observed, faces), mane=mane.points)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
     parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
@@ -103,7 +102,8 @@ def fit_lines(
     model = face_contours(rig, posed, camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
-        offsets = pull_skin(faces, model, rig, parameters, camera, most, settings, observed.pins)
+        offsets = pull_skin(faces, model, rig, parameters, camera, most, settings,
+                            observed.pins, observed.hair)  # fmt: skip
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
@@ -113,12 +113,13 @@ def fit_lines(
     return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, clock.laps)
 
 
-def _of_the_face(drawn: Lines, observed: Observations) -> Lines:
-    """The lines of a drawing that are not of hair, hat or beard: a face has no such lines to lie on
-    them, and its outline is not to follow them."""
+def _apart(drawn: Lines, observed: Observations) -> tuple[Lines, Lines]:
+    """The lines of a drawing that are of the face, and those of hair, hat or beard: a face has no
+    such lines to lie on them, and its outline is not to follow them."""
     if observed.hair is None or not len(drawn.points):
-        return drawn
-    return drawn.some(observed.hair(drawn.points) < HAIR)
+        return drawn, drawn.some(np.zeros(len(drawn.points), bool))
+    hair = observed.hair(drawn.points) >= HAIR
+    return drawn.some(~hair), drawn.some(hair)
 
 
 def unmatched_lines(drawn: Lines, model: Lines, camera: Camera) -> list[NDArray[np.float64]]:

@@ -9,7 +9,7 @@ which is stable at every step, and banded, so that all snakes take a step in a m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from facs_rig.rotation import rotation
 from .field import smooth_field
 from .lines import HEAD, Lines, SurfaceLines, nearest_lines
 from .parts import carry_parts, keep_lids_on_eyes
-from .shape import skull_triangles, under_hair
+from .skull import skull_triangles, under_hair
 from .tweakables import Tweakables
 
 __all__ = ["pull_skin", "line_moves"]
@@ -107,20 +107,21 @@ def pull_skin(
     max_move: float,
     tweakables: Tweakables,
     pins: Mapping[str, tuple[float, float]] | None = None,
+    hair: Callable[[NDArray], NDArray] | None = None,
 ) -> NDArray[np.float64]:
     """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
 
     model : the posed face's lines      max_move : metres, no vertex moves farther
     tweakables : Smoothness counts, of the snakes, Soft Select Distance: over as many centimetres a
     movement of the skin dies away, and Symmetry: how far the other side goes along
-    pins : landmark -> (u, v) pixels where it has to be
+    pins : landmark -> (u, v) pixels where it has to be;  hair : see shape.Observations
     """
     head = HEAD * camera.scale[0]
     reach = REACH[0] * head, REACH[1] * head
     stiff = ALPHA * tweakables.smoothness, BETA * tweakables.smoothness
     moves, sure = line_moves(model.lines, model.starts, drawn, reach, *stiff)
     over = skull_triangles(rig)[model.triangle]
-    sure[under_hair(drawn, model.lines.points, over, head)] = 0.0
+    sure[under_hair(drawn, model.lines.points, over, head, hair)] = 0.0
     asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))
     asked = asked[_thinned(model.lines.points[asked], APART * head)]
     pins = pins or {}
@@ -131,9 +132,10 @@ def pull_skin(
     spread = rig.cage(FaceParameters(opened, parameters.identity)).astype(float)
     corners = rig.triangles[model.triangle[asked]]
     pinned = rig.landmarks[[LANDMARKS.index(name) for name in pins]]
-    off = np.array(list(pins.values())).reshape(-1, 2)
-    if pins:
-        off = off - camera.project(rig.pose(parameters)[pinned])
+    posed = rig.pose(parameters)
+    off = np.array(list(pins.values())).reshape(-1, 2) - camera.project(posed[pinned])
+    depth = np.einsum("kc,kc->k", model.weights[asked], posed[corners][:, :, 2])
+    wide = 1 - np.concatenate([depth, *[posed[pinned, 2]] * 2]) / camera.distance
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
     # A pin is known in both directions, a line across itself alone.
     ways = np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)])
@@ -142,7 +144,7 @@ def pull_skin(
         np.concatenate([_mixed(matrix, corners, model.weights[asked]) @ spread,
                         *[matrix[pinned] @ spread] * 2]),
         (ways * (1, -1)) @ turning[:2],  # pixels run down, metres up; the head is upright
-        np.concatenate([moves[asked], *off.T]) / camera.scale[0],
+        np.concatenate([moves[asked], *off.T]) * wide / camera.scale[0],
         np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR)]),
         spread,
         tweakables.soft_select_distance / 100,

@@ -15,10 +15,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
-from facs_rig.common.derived import derived
 from facs_rig.common.errors import InputError
 from facs_rig.derivatives import SurfacePoints, movements, surface_points
 from facs_rig.identity import BY_NAME, FEATURES, target_weights
@@ -27,8 +25,9 @@ from facs_rig.rotation import rotation
 
 from .lines import HEAD, Lines, nearest_lines
 from .model_lines import face_contours
+from .skull import beyond_hair, skull_triangles, under_hair
 
-__all__ = ["Observations", "PinsApart", "fit_shape", "skull_triangles", "under_hair"]
+__all__ = ["Observations", "PinsApart", "fit_shape"]
 
 
 class PinsApart(InputError):
@@ -43,6 +42,7 @@ class Observations:
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
     person : identity parameter -> what the drawing says of it, and how far off that may be
     hair : (k, 2) pixels -> (k,) how probable it is that hair, a hat or a beard is drawn there, 0..1
+    mane : (k, 2) pixels of lines of hair, hat or beard: no skull reaches beyond them
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
     """
 
@@ -52,6 +52,7 @@ class Observations:
     decided: frozenset[str] = frozenset()
     person: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     hair: Callable[[NDArray], NDArray] | None = None
+    mane: NDArray[np.float64] | None = None
 
 
 STEPS = (0.05, 0.03, 0.018)
@@ -76,10 +77,15 @@ SPREAD = {"gender": 0.35, "age": 0.3, "weight": 0.4, "african": 0.3, "asian": 0.
 FEATURE = 0.3
 CAMERA = (0.2, 0.3, 0.3)
 """How far the camera may be off: the logarithm of its scale, its centre in heads."""
+NEAR, NEARNESS, NEAREST = 0.35, 0.35, 1.4
+"""How near the eye likely is, how far off that is, and the most: one over metres. People draw what
+stands before them, photographs, and figures that nobody ever saw in perspective."""
 POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
 INTENSITY, MOST = 0.7, 6.5
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
+VIEW = 7
+"""So many numbers say from where the face is seen, before those of who and how it is."""
 WHO = ("gender", "age", "weight", *ETHNICITIES, *(f.name for f in FEATURES))
 """What of a person is looked for; the rest stays as it is."""
 LIKELY_AGE = 0.3
@@ -93,14 +99,15 @@ LEAST_DOUBT = 0.05
 SEXES, DECIDED = (0.08, 0.92), 1.5
 """`gender` of most women and most men, and how decidedly one of them is taken: with 1 the error of
 `gender` has the least square, with 1.5 the least mean, and faces differ more (docs/fit.md)."""
-BY_LINES = 0.12
-"""How far lines may take it from there: those that strangers draw say little of it."""
+BY_LINES = {"gender": 0.12, "age": 0.25, "neck_girth": 0.25}
+"""How far lines may take them from what was read: those that strangers draw say little of them, and
+a neck is drawn by hair and collars."""
 PLAIN = 0.005
 """An identity parameter so near its default is at it."""
 HAIRY = 0.1
 """Lines over the skull know so much less than others where there is hair, that hides its end."""
-AROUND, CROWD = 0.06, 1.4
-"""Within this share of the head one line is as long as across; so many times that are hair."""
+WITHIN = 0.03
+"""How far off the end of the outermost hair may be as that of the skull, as a share of the head."""
 
 
 def fit_shape(
@@ -113,7 +120,7 @@ def fit_shape(
 ) -> tuple[FaceParameters, Camera]:
     """Identity, head, intensities and camera with which a face's lines lie on those of a drawing.
 
-    drawn : lines of the drawing      parameters, camera : where to begin; an orthographic camera
+    drawn : lines of the drawing      parameters, camera : where to begin
     steps : reach of each step, as a share of the head
 
     Without lines the landmarks alone decide. Raises PinsApart where pins blow the face up or crush
@@ -158,9 +165,17 @@ def fit_shape(
                 share = np.clip(1 - (away[some] / (1.5 * reach * head)) ** 2, 0, 1)  # Tukey
                 sure = share / (PAIR + 0.3 * reach) * np.sqrt(INDEPENDENT / len(pair))
                 over = skull[model.triangle[some]]
-                hair = under_hair(drawn, model.lines.points[some], over, head)
+                hair = under_hair(drawn, model.lines.points[some], over, head, observed.hair)
                 sure = sure * np.where(hair, HAIRY, 1.0)
                 system.add(across, np.einsum("kd,kd->k", apart, normal), sure)
+            out, inward = beyond_hair(model, rig, camera, drawn.points, observed.mane)
+            if len(out):
+                points = surface_points(rig, rig.triangles[model.triangle[out]], model.weights[out])
+                jacobian, _ = _moves(rig, points, guess, parameters, camera)
+                far = np.linalg.norm(inward, axis=1)
+                along = np.einsum("pkd,kd->kp", jacobian, inward / far[:, None]) / head
+                sure = np.sqrt(INDEPENDENT / len(model.lines.points)) / WITHIN
+                system.add(along, far / head, np.full(len(out), sure))
         values = system.solve()
     parameters, camera = guess.face(values, parameters, camera)
     _check_room(camera, start, observed.pins)
@@ -178,8 +193,8 @@ def _check_room(camera: Camera, start: Camera, pins: Mapping[str, tuple[float, f
 class _Guess:
     """The parameters that are sought, in one vector: what is likely, and within which bounds.
 
-    The vector : log of the camera's scale, its centre u and v (heads), yaw, pitch, roll, then
-    identity and controls by name.
+    The vector : log of the camera's scale, its centre u and v (heads), one over its distance
+    (metres), yaw, pitch, roll, then identity and controls by name.
     """
 
     identity: tuple[str, ...]
@@ -200,6 +215,7 @@ class _Guess:
         rows = [
             (value, spread, -np.inf, np.inf) for value, spread in zip(begin, CAMERA, strict=True)
         ]
+        rows += [(NEAR, NEARNESS, 0.0, NEAREST)]
         rows += [
             (angle, spread, -np.inf, np.inf)
             for angle, spread in zip(parameters.head, POSE, strict=True)
@@ -212,7 +228,7 @@ class _Guess:
     def start(self, parameters: FaceParameters) -> NDArray[np.float64]:
         values = self.likely.copy()
         for k, name in enumerate(self.identity):
-            values[6 + k] = parameters.identity.get(name, BY_NAME[name].default)
+            values[VIEW + k] = parameters.identity.get(name, BY_NAME[name].default)
         return values
 
     def face(
@@ -221,17 +237,26 @@ class _Guess:
         """The vector as a face and a camera."""
         scale = float(np.exp(values[0]))
         centre = values[1:3] * HEAD * scale
-        who = zip(self.identity, values[6 : 6 + len(self.identity)].tolist(), strict=True)
-        how = zip(self.controls, values[6 + len(self.identity) :].tolist(), strict=True)
-        yaw, pitch, roll = values[3:6].tolist()
+        distance = 1 / values[3] if values[3] > 0 else np.inf
+        who, how = np.split(values[VIEW:], [len(self.identity)])
+        yaw, pitch, roll = values[4:VIEW].tolist()
         return (
             replace(
                 parameters,
-                identity={**parameters.identity, **_telling(dict(who))},
-                aus={**parameters.aus, **dict(how)},
+                identity={
+                    **parameters.identity,
+                    **_telling(dict(zip(self.identity, who.tolist(), strict=True))),
+                },
+                aus={**parameters.aus, **dict(zip(self.controls, how.tolist(), strict=True))},
                 head=(yaw, pitch, roll),
             ),
-            replace(camera, scale=(scale, scale), centre=(float(centre[0]), float(centre[1]))),
+            Camera(
+                camera.width,
+                camera.height,
+                (scale, scale),
+                (float(centre[0]), float(centre[1])),
+                float(distance),
+            ),
         )
 
 
@@ -260,9 +285,11 @@ def _likely(
         return feature.default, SPREAD.get(name, FEATURE), least, most
     seen, spread = person[name]
     if name == "gender":
-        seen, spread = _woman_or_man(seen, spread), spread if pinned else BY_LINES
+        seen = _woman_or_man(seen, spread)
     if name == "age" and seen > CHILD - spread:
         least, _ = GROWN
+    if name in BY_LINES and not pinned:
+        spread = min(spread, BY_LINES[name])
     return float(np.clip(seen, least, most)), max(spread, LEAST_DOUBT), least, most
 
 
@@ -322,44 +349,26 @@ def _moves(
     turning = rotation(parameters.head)
     scale = np.array([camera.scale[0], -camera.scale[0]])
     turned = place @ turning.T
-    flat = turned[:, :2] * scale
+    near = 1 / camera.distance
+    wide = (1 - near * turned[:, 2])[:, None]
+    flat = turned[:, :2] * scale / wide
+
+    def seen(moves: NDArray) -> NDArray:  # movements (..., k, 3) in pixels
+        return (moves[..., :2] * scale + flat * (near * moves[..., 2:])) / wide
+
     head = HEAD * camera.scale[0]
-    rows = [flat + np.array(camera.centre), np.tile([head, 0.0], (len(flat), 1)),
-            np.tile([0.0, head], (len(flat), 1))]  # fmt: skip
+    here = flat + np.array(camera.centre)
+    rows = [here, np.tile([head, 0.0], (len(flat), 1)), np.tile([0.0, head], (len(flat), 1)),
+            flat * turned[:, 2:] / wide]  # fmt: skip
     for axis in range(3):
         ends = [list(parameters.head), list(parameters.head)]
         ends[0][axis] -= 1e-4
         ends[1][axis] += 1e-4
         slope = (rotation(ends[1]) - rotation(ends[0])) / 2e-4
-        rows.append((place @ slope.T)[:, :2] * scale)
-    moved = (shape @ turning.T.astype(np.float32))[:, :, :2] * scale
-    return np.concatenate([np.array(rows), moved]), flat + np.array(camera.centre)
+        rows.append(seen(place @ slope.T))
+    moved = seen(shape @ turning.T.astype(np.float32))
+    return np.concatenate([np.array(rows), moved]), here
 
 
 def _target_weights(parameters: FaceParameters) -> NDArray[np.float32]:
     return target_weights(parameters.identity).astype(np.float32)
-
-
-def under_hair(
-    drawn: Lines, points: NDArray[np.floating], over: NDArray[np.bool_], head: float
-) -> NDArray[np.bool_]:
-    """Which points (k, 2) of a face's lines lie over the skull and among more than one drawn line.
-
-    over : (k,) bool, those over the skull;  head : pixels from chin to crown
-    """
-    found = np.zeros(len(points), dtype=bool)
-    if over.any() and len(drawn.points):
-        reach = AROUND * head
-        count = cKDTree(drawn.points).query_ball_point(points[over], reach, return_length=True)
-        found[over] = count * drawn.spacing > CROWD * 2 * reach  # one line is as long
-    return found
-
-
-@derived
-def skull_triangles(rig: FaceRig) -> NDArray[np.bool_]:
-    """(t,) which triangles lie above the forehead, or behind the temples and above the ears."""
-    middle = rig.neutral()[rig.triangles].mean(axis=1)
-    marks = dict(zip(LANDMARKS, rig.neutral()[rig.landmarks], strict=True))
-    above = middle[:, 1] > marks["temple_left"][1]
-    behind = (middle[:, 2] < marks["temple_left"][2]) & (middle[:, 1] > marks["eye_outer_left"][1])
-    return above | behind

@@ -219,7 +219,8 @@ def test_fit_writes_face_report_and_preview(capsys, folder):
     assert set(report["head"]) == {"yaw", "pitch", "roll"}
     projection = np.array(report["projection"])
     assert projection.shape == (3, 4)
-    np.testing.assert_allclose(projection[2], [0, 0, 0, 1])
+    np.testing.assert_allclose(projection[2, [0, 1, 3]], [0, 0, 1])
+    assert -1.5 < projection[2, 2] <= 0  # the eye is before the face, or infinitely far
     assert set(report["contour_error_px"]) == {"template", "expression", "fitted"}
     assert all(len(stroke["polyline"][0]) == 2 for stroke in report["unmatched"])
     assert all(seconds >= 0 for seconds in report["timings_s"].values())
@@ -274,6 +275,7 @@ def test_the_projection_takes_the_written_file_into_the_sketch(capsys, folder):
     vertices = trimesh.load("face.ply", process=False).vertices
     matrix = np.array(json.loads(Path("report.json").read_text())["projection"])
     pixels = np.c_[vertices, np.ones(len(vertices))] @ matrix.T
+    pixels /= pixels[:, 2:]
     (left, top), (right, bottom) = pixels[:, :2].min(axis=0), pixels[:, :2].max(axis=0)
     # The drawn head spans about 650 to 2450 by 300 to 2550 of these pixels.
     assert 300 < left < 1100 and 2000 < right < 2800

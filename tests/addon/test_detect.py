@@ -190,6 +190,7 @@ def test_a_fit_is_the_same_however_the_picture_lies(capsys, folder, clockwise):
         assert up["contour_error_px"] == pytest.approx(lies["contour_error_px"], abs=0.1)
         points = np.array([(0.01, 0.02, 0.1, 1), (-0.05, -0.03, 0.08, 1), (0, 0.1, 0.05, 1)])
         at, there_at = (points @ np.array(r["projection"]).T for r in reports)
+        at, there_at = at / at[:, 2:], there_at / there_at[:, 2:]
         np.testing.assert_allclose(there_at[:, :2], lying(at[:, :2], SIZE, clockwise), atol=0.5)
         one, other = (np.concatenate([n["polyline"] for n in r["unmatched"]]) for r in reports)
         corners = [lying([points.min(axis=0), points.max(axis=0)], SIZE, turn)

@@ -71,7 +71,7 @@ def test_the_report_is_what_the_contract_says(fits):
         assert unit["active"] is (unit["intensity"] > 0)
     assert set(said["head"]) == {"yaw", "pitch", "roll"}
     assert set(said["contour_error_px"]) == {"template", "expression", "fitted"}
-    assert said["projection"][2] == [0, 0, 0, 1]
+    assert said["projection"][2] == pytest.approx([0, 0, -1 / face.camera.distance, 1])
     stages = dict(said["timings_s"])
     total = stages.pop("total")
     assert set(stages) == {*pipeline.STAGES, "measure"}
@@ -105,7 +105,11 @@ def test_the_projection_lays_the_written_file_on_the_sketch(fits, tmp_path, suff
     write_face(face, path)
     vertices = points_of(path)
     matrix = np.array(report(face, path)["projection"])
-    pixels = (np.column_stack([vertices, np.ones(len(vertices))]) @ matrix.T)[:, :2]
+    pixels = np.column_stack([vertices, np.ones(len(vertices))]) @ matrix.T
+    pixels = pixels[:, :2] / pixels[:, 2:]
+    np.testing.assert_allclose(
+        pixels, face.drawing.to_input(face.camera.project(face.vertices)), atol=0.1
+    )
     from facs_rig import LANDMARKS
 
     height = np.ptp(pixels[:, 1])

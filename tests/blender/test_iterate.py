@@ -127,9 +127,10 @@ def test_decisions_can_be_undone(face, evaluated):
 def landmark(face, evaluated, rig, name) -> np.ndarray:
     """Where a landmark of the face lies on its sketch, pixels."""
     zoom, u, v = face.sketch_to_face.camera
-    x, y, _ = evaluated(face)[rig.landmarks[LANDMARKS.index(name)]]
-    x, y = x - face.matrix_world.translation.x, y - face.matrix_world.translation.z
-    return np.array([u + zoom * x, v - zoom * y])
+    place = evaluated(face)[rig.landmarks[LANDMARKS.index(name)]]
+    x, y, z = place - np.array(face.matrix_world.translation)[[0, 2, 1]] * (1, 1, -1)
+    near = zoom / (1 - z / (face.sketch_to_face.distance or np.inf))
+    return np.array([u + near * x, v - near * y])
 
 
 def test_a_pin_brings_the_face_there_and_stays(face, evaluated, rig):

@@ -266,7 +266,9 @@ def test_the_overlay_lies_where_the_sketch_has_the_face(shell, sketch, rig, eval
     assert np.allclose(overlay.on_page(face, there), pixels, atol=1e-6)
     plane = np.array(overlay.plane_of(face))
     corners = plane @ np.column_stack([there, np.zeros(2), np.ones(2)]).T
-    assert np.allclose(corners[[0, 2]].T - (0.3, 0.1), there, atol=1e-6)
+    small, distance = face.sketch_to_face.closeness, face.sketch_to_face.distance
+    assert 0.8 < small <= 1 and (small < 1) == (distance > 0)
+    assert np.allclose(corners[[0, 2]].T - (0.3, 0.1), small * there, atol=1e-6)
     front = evaluated(face)[:, 2].max()  # core axes: toward the viewer
     assert (-corners[1] > front).all()
 
@@ -275,8 +277,11 @@ def test_the_overlay_lies_where_the_sketch_has_the_face(shell, sketch, rig, eval
     shown = overlay.look(bpy.context, face)
     assert shown.task is None and len(shown.lines) > 10
     local = evaluated(face) - (0.3, 0.1, 0.2)
-    assert np.allclose(shown.landmarks, local[rig.landmarks][:, :2], atol=1e-5)
-    low, high = local[:, :2].min(axis=0), local[:, :2].max(axis=0)
+    # From the front they cover the face, and what is behind its features is a bit smaller.
+    assert np.allclose(small * shown.landmarks, local[rig.landmarks][:, :2], atol=0.01)
+    drawn = local[:, :2] / (1 - local[:, 2:] / (distance or np.inf))  # as on the sketch, in metres
+    assert np.allclose(shown.landmarks, drawn[rig.landmarks], atol=1e-5)
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     points = np.concatenate(shown.lines)
     assert (points > low - 0.002).all() and (points < high + 0.002).all()
     assert overlay.look(bpy.context, face).task is None  # the same face is not looked at again

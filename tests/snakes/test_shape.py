@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
-from snakes.lines import Lines
+from facs_rig.derivatives import surface_points
+from snakes.lines import HEAD, Lines
 from snakes.model_lines import face_lines
-from snakes.shape import Observations, _Guess, fit_shape, skull_triangles, under_hair
+from snakes.shape import (
+    VIEW,
+    Observations,
+    _Guess,
+    _moves,
+    fit_shape,
+)  # fmt: skip
+from snakes.skull import skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(
@@ -106,6 +114,51 @@ def test_without_anything_the_face_stays_what_is_likely(drawn):
     assert camera.scale == pytest.approx(drawn[1].scale)
 
 
+@pytest.mark.parametrize("metres", [0.8, 1.6])
+def test_a_face_seen_from_near_is_found_in_its_perspective(drawn, metres):
+    """What perspective does to a drawing is no one's bones."""
+    rig = load_rig()
+    camera = Camera.framing(drawn[0], 400, 400, distance=metres)
+    spots = camera.project(drawn[0][rig.landmarks])
+    marks = {name: (float(u), float(v)) for name, (u, v) in zip(LANDMARKS, spots, strict=True)}
+    lines = outlines(drawn[0], camera).lines
+    found, seen = fit_shape(lines, rig, BEGIN, Camera.framing(drawn[0], 400, 400), observed(marks))
+    assert 1 / seen.distance == pytest.approx(1 / metres, abs=0.4)
+    skin = rig.parts["skin"]
+    off = seen.project(rig.pose(found)[skin]) - camera.project(drawn[0][skin])
+    assert np.linalg.norm(off, axis=1).mean() < 2.0
+    bones = [rig.shape(FaceParameters({}, face.identity)) for face in (found, TRUE)]
+    assert np.linalg.norm(bones[0] - bones[1], axis=1).mean() < 0.004
+
+
+@pytest.mark.parametrize("distance", [np.inf, 0.8])
+def test_each_number_moves_the_face_as_is_said(drawn, distance):
+    """Against differences of what the rig and the camera do."""
+    rig = load_rig()
+    camera = Camera.framing(drawn[0], 400, 400, distance=distance)
+    guess = _Guess.of(TRUE, camera, Observations({}, {}))
+    values = guess.start(TRUE)
+    values[0] = np.log(camera.scale[0])
+    values[1:3] = np.array(camera.centre) / (HEAD * camera.scale[0])
+    values[3], values[4:VIEW] = 1 / distance, TRUE.head
+    rows = rig.landmarks[::5]
+
+    def places(at):
+        face, eye = guess.face(at, TRUE, camera)
+        return eye.project(rig.pose(face)[rows].astype(float))
+
+    points = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
+    moves, here = _moves(rig, points, guess, *guess.face(values, TRUE, camera))
+    np.testing.assert_allclose(here, places(values), atol=0.05)
+    view = range(VIEW)
+    for k in (*view, VIEW + guess.identity.index("jaw_width"), len(values) - 1):
+        step = np.zeros(len(values))
+        step[k] = 1e-3 if k in view else 1e-2
+        before = np.maximum(values - step, 0) if k == 3 else values - step  # no eye is farther
+        slope = (places(values + step) - places(before)) / (values + step - before)[k]
+        np.testing.assert_allclose(moves[k], slope, rtol=0.02, atol=0.5, err_msg=str(k))
+
+
 def test_hair_is_more_than_one_line_over_the_skull(drawn):
     rig = load_rig()
     model = outlines(drawn[0], drawn[1])
@@ -130,6 +183,23 @@ def test_hair_is_more_than_one_line_over_the_skull(drawn):
     assert not under_hair(wisps, points, np.zeros(len(over), bool), head).any()
 
 
+def test_hair_that_was_seen_hides_the_skull_beside_it(drawn):
+    rig = load_rig()
+    model = outlines(drawn[0], drawn[1])
+    points, over = model.lines.points, skull_triangles(rig)[model.triangle]
+    head = HEAD * drawn[1].scale[0]
+    plain = under_hair(drawn[2], points, over, head)
+
+    def mane(at):  # all over the left of the picture
+        return 1.0 * (at[:, 0] < 200)
+
+    found = under_hair(drawn[2], points, over, head, mane)
+    middle = np.abs(points[:, 0] - 200) < 0.07 * head
+    assert found[over & (points[:, 0] < 200)].all()
+    right = over & (points[:, 0] > 200) & ~middle
+    assert (found == plain)[right].all() and not found[~over].any()
+
+
 def test_what_is_settled_stays_and_the_rest_moves(drawn):
     rig = load_rig()
     begin = FaceParameters({"smile": 9.0, "sneer": 1.0}, head=BEGIN.head)
@@ -151,7 +221,7 @@ def guess_of(**person) -> _Guess:
 
 def test_nobody_is_made_a_child_by_lines_alone():
     guess = guess_of()
-    at = 6 + guess.identity.index("age")
+    at = VIEW + guess.identity.index("age")
     assert (guess.low[at], guess.high[at]) == (0.0, 1.0)
     assert not {"muscle", "age_shows", "asym_jaw", "brow_thickness"} & set(guess.identity)
 
@@ -161,9 +231,9 @@ def test_nobody_is_made_a_child_by_lines_alone():
 )
 def test_a_child_is_one_that_was_surely_seen(seen, spread, least):
     guess = guess_of(age=(seen, spread))
-    at = 6 + guess.identity.index("age")
+    at = VIEW + guess.identity.index("age")
     assert guess.low[at] == least
-    assert guess.likely[at] == max(seen, least) and guess.spread[at] == spread
+    assert guess.likely[at] == max(seen, least) and guess.spread[at] == min(spread, 0.25)
 
 
 def test_who_was_seen_is_who_is_likely(drawn):

@@ -192,6 +192,15 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         description="Pixels of the sketch for a metre of the face, and where its pivot lies",
         size=3,
     )
+    distance: FloatProperty(
+        name="Distance",
+        description="Of the eye that saw the drawn face from its pivot, in metres; 0 is infinite",
+    )
+    closeness: FloatProperty(
+        name="Closeness",
+        description="Of that eye to the drawn features, as a share of its distance",
+        default=1.0,
+    )
     turn: IntProperty(
         name="Turn",
         description="Quarter turns anticlockwise that stand the sketch upright",
@@ -285,6 +294,9 @@ def remember(face, holder, found) -> None:
     scale = float(np.mean(fit.drawing.scale))
     u, v = fit.drawing.to_input(fit.camera.centre)
     settings.camera = (fit.camera.scale[0] * scale, u, v)
+    distance, marks = fit.camera.distance, fit.vertices[fit.rig.landmarks]
+    settings.distance = distance if np.isfinite(distance) else 0.0
+    settings.closeness = 1 - float(marks[:, 2].mean()) / distance
     settings.turn = fit.drawing.turn
     error = fit.contour_error_px
     settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]

@@ -1,8 +1,9 @@
 """The sketch and the lines of the face over each other in the 3D view, and the pins on them.
 
 Everything lies in one upright plane before the face, where the sketch's camera saw it: from the
-front the two drawings are one above the other as on the sketch itself. The lines of the face are
-those of what is shown, sliders, bones and sculpting included; they are found in a thread.
+front the two drawings are one above the other as on the sketch itself, in its perspective. The
+lines of the face are those of what is shown, sliders, bones and sculpting included; they are found
+in a thread.
 """
 
 from __future__ import annotations
@@ -44,9 +45,13 @@ class FaceLines:
 
 
 def plane_of(face: bpy.types.Object) -> Matrix:
-    """From the plane (x right, y up, metres, the face's pivot at the origin) to the world."""
+    """From the plane (x right, y up, metres, the face's pivot at the origin) to the world.
+
+    What is nearer to the eye than the pivot was drawn larger; on the plane it has its own size.
+    """
     front = min(corner[1] for corner in face.bound_box) - BEFORE
-    rows = ((1, 0, 0, 0), (0, 0, -1, front), (0, 1, 0, 0), (0, 0, 0, 1))
+    small = face.sketch_to_face.closeness
+    rows = ((small, 0, 0, 0), (0, 0, -1, front), (0, small, 0, 0), (0, 0, 0, 1))
     return face.matrix_world @ Matrix(rows)
 
 
@@ -95,15 +100,16 @@ def look(context, face: bpy.types.Object) -> FaceLines:
     if shown.task is None and key != shown.key and len(mesh.vertices) == len(face.data.vertices):
         shown.wanted, shown.task = (
             key,
-            BackgroundTask(_finder(flat.reshape(-1, 3), face.get(DETAIL, FULL))),
+            BackgroundTask(_finder(flat.reshape(-1, 3), face)),
         )
         if not bpy.app.timers.is_registered(_again):
             bpy.app.timers.register(_again, first_interval=AGAIN)
     return shown
 
 
-def _finder(vertices: NDArray, level: str):
+def _finder(vertices: NDArray, face: bpy.types.Object):
     """A function, for a thread, that finds a face's lines and landmarks from its vertices."""
+    level, distance = face.get(DETAIL, FULL), face.sketch_to_face.distance or np.inf
     posed = np.stack([vertices[:, 0], vertices[:, 2], -vertices[:, 1]], axis=1)
 
     def find(_progress):
@@ -113,11 +119,12 @@ def _finder(vertices: NDArray, level: str):
         rig = at_level(load_rig(), level)
         if len(posed) != rig.n_vertices:
             return [], np.empty((0, 2))
-        camera = Camera.framing(posed, SIZE, SIZE)
+        camera = Camera.framing(posed, SIZE, SIZE, distance=distance)
         found = face_lines(rig, posed, camera)
-        flat = (found.lines.points - camera.centre) / (camera.scale[0], -camera.scale[0])
+        zoom = camera.scale[0], -camera.scale[0]
+        flat = (found.lines.points - camera.centre) / zoom
         lines = np.split(flat, found.starts[1:-1]) if len(flat) else []
-        return lines, posed[rig.landmarks][:, :2].astype(float)
+        return lines, (camera.project(posed[rig.landmarks].astype(float)) - camera.centre) / zoom
 
     return find
 
