@@ -80,10 +80,42 @@ def _mixed(rows: sp.csr_matrix, moves: NDArray) -> NDArray[np.float32]:
     return fine.reshape(-1, moves.shape[1], 3).transpose(1, 0, 2)
 
 
+@dataclass(frozen=True)
+class Slopes:
+    """How fast the weights of a face's targets and keys change with its parameters.
+
+    identity : (parameters, targets), keys : (controls, keys), for each unit of these
+    """
+
+    identity: NDArray[np.float32]
+    keys: NDArray[np.float32]
+
+
+def slopes(
+    rig: FaceRig, parameters: FaceParameters, identity: Sequence[str], controls: Sequence[str]
+) -> Slopes:
+    """Taken as differences about `parameters`, inside the parameters' ranges.
+
+    Raises ValueError for unknown names.
+    """
+    widths, poses = [], []
+    for name in controls:
+        here = parameters.aus.get(name, 0.0)
+        low, high = max(here - STEP, 0.0), min(here + STEP, MAX_INTENSITY)
+        poses += [replace(parameters, aus={**parameters.aus, name: v}) for v in (low, high)]
+        widths.append(high - low)
+    keys = np.zeros((0, len(rig.keys)), np.float32)
+    if poses:
+        values = rig.key_values_of(poses)
+        keys = (values[1::2] - values[::2]) / np.array(widths, np.float32)[:, None]
+    return Slopes(identity_slopes(parameters.identity, identity), keys)
+
+
 def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float32]:
     """(names, targets) how the targets' weights change with each parameter, about `identity`."""
-    slopes = np.zeros((len(names), len(IDENTITY_KEYS)), np.float32)
-    known = check_identity(identity)
+    found = np.zeros((len(names), len(IDENTITY_KEYS)), np.float32)
+    known = _Read(check_identity(identity))
+    detail_weights(known)
     place = {feature.name: k for k, feature in enumerate(FEATURES)}
     for row, name in enumerate(names):
         feature, here = BY_NAME[name], known[name]
@@ -96,37 +128,35 @@ def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDAr
             # The weights of its own two ends are -x and x, where they are above 0.
             column = ENDS.start + 2 * place[name]
             less, more = np.array([[-min(x, 0.0), max(x, 0.0)] for x in (low, high)])
-            slopes[row, column : column + 2] = (more - less) / (high - low)
-            less, more = (detail_weights(who) for who in ends)
-            slopes[row, CAGE_TARGETS:] = (more - less) / (high - low)
+            found[row, column : column + 2] = (more - less) / (high - low)
+            if name in known.names:
+                less, more = (detail_weights(who) for who in ends)
+                found[row, CAGE_TARGETS:] = (more - less) / (high - low)
         else:
             less, more = (target_weights(who) for who in ends)
-            slopes[row] = (more - less) / (high - low)
-    return slopes
+            found[row] = (more - less) / (high - low)
+    return found
 
 
-def movements(
-    rig: FaceRig,
-    points: SurfacePoints,
-    parameters: FaceParameters,
-    identity: Sequence[str],
-    controls: Sequence[str],
-) -> NDArray[np.float32]:
-    """(identity + controls, k, 3) metres that points move for each unit of these parameters.
+class _Read(dict[str, float]):
+    """Parameters by name, that remember which of them were asked for.
 
-    Of the upright head, taken as differences about `parameters`, inside the parameters' ranges.
-    Raises ValueError for unknown names.
+    Few weights of details hang on features, and it takes a while to work out all of them.
     """
-    how = []
-    poses = []
-    for name in controls:
-        here = parameters.aus.get(name, 0.0)
-        low, high = max(here - STEP, 0.0), min(here + STEP, MAX_INTENSITY)
-        poses += [replace(parameters, aus={**parameters.aus, name: v}) for v in (low, high)]
-        how.append(1 / (high - low))
-    parts = [np.tensordot(identity_slopes(parameters.identity, identity), points.identity, axes=1)]
-    if how:
-        values = rig.key_values_of(poses)
-        slopes = (values[1::2] - values[::2]) * np.array(how, np.float32)[:, None]
-        parts.append(np.tensordot(slopes, points.keys, axes=1))
-    return np.concatenate(parts)
+
+    def __init__(self, known: Mapping[str, float]) -> None:
+        super().__init__(known)
+        self.names: set[str] = set()
+
+    def __getitem__(self, name: str) -> float:
+        self.names.add(name)
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: float = 0.0) -> float:  # type: ignore[override]
+        return self[name] if name in self else default
+
+
+def movements(points: SurfacePoints, slopes: Slopes) -> NDArray[np.float32]:
+    """(parameters + controls, k, 3) metres that points of the upright head move for each unit."""
+    parts = [(slopes.identity, points.identity), (slopes.keys, points.keys)]
+    return np.concatenate([np.tensordot(*part, axes=1) for part in parts])

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig
 from facs_rig.common.errors import InputError
-from facs_rig.derivatives import SurfacePoints, movements, surface_points
+from facs_rig.derivatives import Slopes, SurfacePoints, movements, slopes, surface_points
 from facs_rig.identity import BY_NAME, FEATURES, target_weights
 from facs_rig.macros import ETHNICITIES
 from facs_rig.rotation import rotation
@@ -141,8 +141,8 @@ def fit_shape(
         parameters, camera = guess.face(values, parameters, camera)
         _check_room(camera, start, observed.pins)
         head = HEAD * camera.scale[0]
-        system = _System(guess, values)
-        jacobian, here = _moves(rig, fixed, guess, parameters, camera)
+        system, now = _System(guess, values), _Now.of(rig, guess, parameters, camera)
+        jacobian, here = _moves(fixed, now)
         sure = 1 / np.maximum(spreads / head, LEAST_SPREAD)
         weight = sure * np.sqrt(EFFECTIVE_LANDMARKS / max(len(marks), 1))
         off = (places - here) / head
@@ -159,7 +159,7 @@ def fit_shape(
                 normal = model.lines.along[some][:, ::-1] * (-1, 1)
                 points = surface_points(rig, rig.triangles[model.triangle[some]],
                                         model.weights[some])  # fmt: skip
-                jacobian, _ = _moves(rig, points, guess, parameters, camera)
+                jacobian, _ = _moves(points, now)
                 apart = (drawn.points[pair[some]] - model.lines.points[some]) / head
                 across = np.einsum("pkd,kd->kp", jacobian, normal) / head
                 share = np.clip(1 - (away[some] / (1.5 * reach * head)) ** 2, 0, 1)  # Tukey
@@ -171,7 +171,7 @@ def fit_shape(
             out, inward = beyond_hair(model, rig, camera, drawn.points, observed.mane)
             if len(out):
                 points = surface_points(rig, rig.triangles[model.triangle[out]], model.weights[out])
-                jacobian, _ = _moves(rig, points, guess, parameters, camera)
+                jacobian, _ = _moves(points, now)
                 far = np.linalg.norm(inward, axis=1)
                 along = np.einsum("pkd,kd->kp", jacobian, inward / far[:, None]) / head
                 sure = np.sqrt(INDEPENDENT / len(model.lines.points)) / WITHIN
@@ -338,14 +338,28 @@ class _System:
         return values
 
 
-def _moves(
-    rig: FaceRig, points: SurfacePoints, guess: _Guess, parameters: FaceParameters, camera: Camera
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+@dataclass(frozen=True)
+class _Now:
+    """A face and a camera in one step, the weights of what shapes it, and how these change."""
+
+    parameters: FaceParameters
+    camera: Camera
+    targets: NDArray[np.float32]
+    keys: NDArray[np.float32]
+    slopes: Slopes
+
+    @classmethod
+    def of(cls, rig: FaceRig, guess: _Guess, parameters: FaceParameters, camera: Camera) -> _Now:
+        targets = target_weights(parameters.identity).astype(np.float32)
+        change = slopes(rig, parameters, guess.identity, guess.controls)
+        return cls(parameters, camera, targets, rig.key_values(parameters), change)
+
+
+def _moves(points: SurfacePoints, now: _Now) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(p, k, 2) pixels that points move for each unit of the vector, and (k, 2) where they are."""
-    shape = movements(rig, points, parameters, guess.identity, guess.controls)
-    values = rig.key_values(parameters)
-    place = points.neutral + np.tensordot(values, points.keys, axes=1)
-    place = place + np.tensordot(_target_weights(parameters), points.identity, axes=1)
+    parameters, camera = now.parameters, now.camera
+    place = points.neutral + np.tensordot(now.keys, points.keys, axes=1)
+    place = place + np.tensordot(now.targets, points.identity, axes=1)
     turning = rotation(parameters.head)
     scale = np.array([camera.scale[0], -camera.scale[0]])
     turned = place @ turning.T
@@ -366,9 +380,5 @@ def _moves(
         ends[1][axis] += 1e-4
         slope = (rotation(ends[1]) - rotation(ends[0])) / 2e-4
         rows.append(seen(place @ slope.T))
-    moved = seen(shape @ turning.T.astype(np.float32))
+    moved = seen(movements(points, now.slopes) @ turning.T.astype(np.float32))
     return np.concatenate([np.array(rows), moved]), here
-
-
-def _target_weights(parameters: FaceParameters) -> NDArray[np.float32]:
-    return target_weights(parameters.identity).astype(np.float32)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addon.measure import contour_error, ruler
+from addon.measure import contour_error, ruler, without_hair
 from facs_rig import Camera, FaceParameters, load_rig
 from facs_rig.common.box import Box
 from snakes import face_lines
@@ -42,6 +42,15 @@ def test_a_line_without_counterpart_counts_the_same_wherever_the_face_is():
     near, off = (contour_error(r, line(y)) for y in (40.5, 44.5))
     assert near == pytest.approx((0 + 5) / 2, abs=0.2)
     assert off == pytest.approx((4 + 7) / 2, abs=0.3)
+
+
+def test_hair_is_no_line_of_a_face():
+    bare = ruler(page([40]), BOX, reach=10)
+    hairy = ruler(page([40, 60, 95]), BOX, reach=10)
+    found = without_hair(hairy, lambda points: 1.0 * (points[:, 1] > 50))
+    assert (found.lines == bare.lines).all() and hairy.lines.sum() > bare.lines.sum()
+    for y in (42.5, 58.5):
+        assert contour_error(found, line(y)) == pytest.approx(contour_error(bare, line(y)))
 
 
 def test_large_pages_are_measured_in_their_own_pixels():

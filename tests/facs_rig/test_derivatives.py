@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from facs_rig import CONTROL_NAMES, IDENTITY, FaceParameters, load_rig
-from facs_rig.derivatives import STEP, identity_slopes, movements, surface_points
+from facs_rig.derivatives import STEP, identity_slopes, movements, slopes, surface_points
 from facs_rig.identity import target_weights
 
 FACE = FaceParameters(
@@ -44,7 +44,7 @@ def test_points_are_the_sum_of_what_moves_them(spots):
 def test_identity_moves_points_as_posing_does(spots, name):
     """The mean of both ways: a feature's two ends are targets of their own."""
     rig, step = load_rig(), 0.02
-    (moves,) = movements(rig, surface_points(rig, *spots), FACE, [name], [])
+    (moves,) = movements(surface_points(rig, *spots), slopes(rig, FACE, [name], []))
     here = FACE.identity.get(name, next(f.default for f in IDENTITY if f.name == name))
     less, more = (
         places(spots, replace(FACE, identity={**FACE.identity, name: here + way}))
@@ -57,7 +57,7 @@ def test_identity_moves_points_as_posing_does(spots, name):
 @pytest.mark.parametrize("name", ["smile", "frontalis", "jaw_open", "blink", "squint"])
 def test_controls_move_points_as_posing_does(spots, name):
     rig, step = load_rig(), 0.04
-    (moves,) = movements(rig, surface_points(rig, *spots), FACE, [], [name])
+    (moves,) = movements(surface_points(rig, *spots), slopes(rig, FACE, [], [name]))
     more = replace(FACE, aus={**FACE.aus, name: FACE.aus.get(name, 0.0) + step})
     moved = places(spots, more) - places(spots, FACE)
     assert np.abs(moved).max() > 1e-6
@@ -68,7 +68,7 @@ def test_at_the_ends_of_their_range_parameters_still_have_a_slope(spots):
     rig = load_rig()
     face = FaceParameters({"smile": 10.0}, {"age": 1.0, "gender": 0.0, "nose_length": -1.0})
     identity = [f.name for f in IDENTITY if f.name != "wrinkles"]
-    moves = movements(rig, surface_points(rig, *spots), face, identity, CONTROL_NAMES)
+    moves = movements(surface_points(rig, *spots), slopes(rig, face, identity, CONTROL_NAMES))
     assert moves.shape == (len(identity) + len(CONTROL_NAMES), 300, 3)
     assert np.isfinite(moves).all()
     for name in ("age", "gender", "nose_length"):
@@ -79,7 +79,7 @@ def test_at_the_ends_of_their_range_parameters_still_have_a_slope(spots):
 def test_nothing_asked_nothing_moves(spots):
     rig = load_rig()
     points = surface_points(rig, *spots)
-    assert movements(rig, points, FACE, [], []).shape == (0, 300, 3)
+    assert movements(points, slopes(rig, FACE, [], [])).shape == (0, 300, 3)
     with pytest.raises(ValueError, match="weights"):
         surface_points(rig, spots[0], spots[1][:, :2])
 
@@ -88,8 +88,8 @@ def test_slopes_of_the_targets_weights_are_those_of_the_weights():
     """Features are written out by hand for speed: against differences of target_weights."""
     identity = {"age": 0.3, "nose_length": 0.4, "jaw_width": -0.02, "chin_width": -1.0}
     names = [f.name for f in IDENTITY if f.name != "wrinkles"]
-    slopes = identity_slopes(identity, names)
-    for name, slope in zip(names, slopes, strict=True):
+    found = identity_slopes(identity, names)
+    for name, slope in zip(names, found, strict=True):
         feature = next(f for f in IDENTITY if f.name == name)
         here = identity.get(name, feature.default)
         low, high = max(here - STEP, feature.minimum), min(here + STEP, feature.maximum)

@@ -16,9 +16,9 @@ from snakes.shape import (
     Observations,
     _Guess,
     _moves,
+    _Now,
     fit_shape,
 )  # fmt: skip
-from snakes.skull import skull_triangles, under_hair
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(
@@ -148,7 +148,7 @@ def test_each_number_moves_the_face_as_is_said(drawn, distance):
         return eye.project(rig.pose(face)[rows].astype(float))
 
     points = surface_points(rig, rows[:, None], np.ones((len(rows), 1)))
-    moves, here = _moves(rig, points, guess, *guess.face(values, TRUE, camera))
+    moves, here = _moves(points, _Now.of(rig, guess, *guess.face(values, TRUE, camera)))
     np.testing.assert_allclose(here, places(values), atol=0.05)
     view = range(VIEW)
     for k in (*view, VIEW + guess.identity.index("jaw_width"), len(values) - 1):
@@ -157,47 +157,6 @@ def test_each_number_moves_the_face_as_is_said(drawn, distance):
         before = np.maximum(values - step, 0) if k == 3 else values - step  # no eye is farther
         slope = (places(values + step) - places(before)) / (values + step - before)[k]
         np.testing.assert_allclose(moves[k], slope, rtol=0.02, atol=0.5, err_msg=str(k))
-
-
-def test_hair_is_more_than_one_line_over_the_skull(drawn):
-    rig = load_rig()
-    model = outlines(drawn[0], drawn[1])
-    points, over = model.lines.points, skull_triangles(rig)[model.triangle]
-    head = 0.24 * drawn[1].scale[0]
-    assert 0.1 < over.mean() < 0.6
-    plain = under_hair(drawn[2], points, over, head)
-    brows = min(drawn[3][f"brow_peak_{side}"][1] for side in ("left", "right"))
-    # Lower, where the ears begin, there are other lines.
-    above = over & (points[:, 1] < brows - 0.04 * head)
-    assert above.sum() > 0.7 * over.sum() and (plain & above).sum() < 0.1 * above.sum()
-    strands = [drawn[2].points + (0, -k) for k in range(0, 9, 3)]
-    wisps = Lines(np.concatenate(strands), np.tile(drawn[2].along, (3, 1)))
-    assert under_hair(wisps, points, over, head).sum() > 0.9 * over.sum()
-    left = points[:, 0] < 200
-    beside = Lines(wisps.points[wisps.points[:, 0] < 200], wisps.along[wisps.points[:, 0] < 200])
-    half = Lines(*(np.concatenate([getattr(a, n) for a in (drawn[2], beside)])
-                   for n in ("points", "along")))  # fmt: skip
-    found = under_hair(half, points, over, head)
-    assert found[left & over].mean() > 0.8 and found[~left & over].mean() < 0.3
-    assert not under_hair(NONE, points, over, head).any()
-    assert not under_hair(wisps, points, np.zeros(len(over), bool), head).any()
-
-
-def test_hair_that_was_seen_hides_the_skull_beside_it(drawn):
-    rig = load_rig()
-    model = outlines(drawn[0], drawn[1])
-    points, over = model.lines.points, skull_triangles(rig)[model.triangle]
-    head = HEAD * drawn[1].scale[0]
-    plain = under_hair(drawn[2], points, over, head)
-
-    def mane(at):  # all over the left of the picture
-        return 1.0 * (at[:, 0] < 200)
-
-    found = under_hair(drawn[2], points, over, head, mane)
-    middle = np.abs(points[:, 0] - 200) < 0.07 * head
-    assert found[over & (points[:, 0] < 200)].all()
-    right = over & (points[:, 0] > 200) & ~middle
-    assert (found == plain)[right].all() and not found[~over].any()
 
 
 def test_what_is_settled_stays_and_the_rest_moves(drawn):
