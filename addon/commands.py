@@ -264,12 +264,13 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--scheme",
-        choices=("people", "sparse", "thesis", "smooth", "varied"),
+        choices=("people", "felt", "sparse", "thesis", "smooth", "varied"),
         default="people",
         help="people (default): a few actions at any strength, by people from six to ninety, each "
-        "with ways and creases of their own, some stylised; sparse: the same actions by adults who "
-        "do and crease alike; smooth: these without creases; varied: two in three of these with "
-        "faint creases or none; thesis: every action at a random 0 to 5",
+        "with ways and creases of their own, some stylised; felt: the same people, most of whom "
+        "smile, laugh, weep, rage, sleep or rest, as people draw them; sparse: the actions of "
+        "people by adults who do and crease alike; smooth: these without creases; varied: two in "
+        "three of these with faint creases or none; thesis: every action at a random 0 to 5",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, help="how many processes of this computer (default 1)"

@@ -21,18 +21,21 @@ from facs_rig import (
 )  # fmt: skip
 from facs_rig.identity import EARLIER, FEATURES
 
+from .feelings import sample_feeling
 from .linework.lines import DETAILS, KINDS, WAYS
 from .linework.style import Style
 from .population import sample_person
 from .styles import sample_style
 
 # The first is what is meant where nothing is said.
-SCHEMES = ("people", "sparse", "thesis", "smooth", "varied")
+SCHEMES = ("people", "felt", "sparse", "thesis", "smooth", "varied")
+OF_ALL_KINDS = ("people", "felt")  # the schemes whose people are
 DEFAULT = SCHEMES[0]
 WAY_ODDS = {"levels": 0.3, "suggestive": 0.2, "creases": 0.3, "apparent": 0.2}  # of lines.WAYS
 MOST_ACTIONS = 7
 # The twelve that classifiers are trained for first come up this much more often than the others.
 TWELVE_ODDS = 3.0
+FELT = 0.6  # share of faces in the scheme `felt` that do what a feeling does
 
 
 @dataclass(frozen=True)
@@ -62,19 +65,23 @@ def sample_face(
     """A random face, its camera (size x size pixels) and its style.
 
     scheme : people, a few actions at any strength, done in their own way by people of all kinds
-        and ages (see population); sparse, the same by adults who do all in one way; smooth, these
+        and ages (see population); felt, the same people, most of whom feel something (see
+        feelings); sparse, the same by adults who do all in one way; smooth, these
         faces without creases; varied, two in three of them with faint creases or none; thesis,
         every action at a random 0 to 5
     drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
     identity : whose face it is, else by lot
     """
-    aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
+    if scheme == "felt" and rng.random() < FELT:
+        aus = sample_feeling(rng)
+    else:
+        aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
     yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
     head = np.radians([yaw, rng.normal(0, 7), rng.normal(0, 5)])
     neck = np.radians(rng.normal(0, 1.5, 3))
     gaze = np.radians(rng.normal(0, (12, 7))) if rng.random() < 0.5 else np.zeros(2)
     looking = (float(gaze[0]), float(gaze[1]))
-    who = sample_person(rng) if scheme == "people" else {**EARLIER, **sample_identity(rng)}
+    who = sample_person(rng) if scheme in OF_ALL_KINDS else {**EARLIER, **sample_identity(rng)}
     if identity is not None:
         who = dict(identity)
     parameters = FaceParameters(aus, who, _floats(head), _floats(neck), looking)
@@ -89,7 +96,7 @@ def sample_face(
     way = "levels" if scheme == "thesis" else str(rng.choice(ways, p=odds / odds.sum()))
     kinds = tuple(kind for kind in WAYS[way][detail] if kind in drawable)
     # The older schemes draw as they always did, so that what is measured on them compares.
-    style = sample_style(rng, shaded=scheme == "people")
+    style = sample_style(rng, shaded=scheme in OF_ALL_KINDS)
     if scheme in ("smooth", "varied"):  # last, so that all else is as in sparse
         wrinkles = (
             -1.0 if scheme == "smooth" else _crease_depth(rng, parameters.identity["wrinkles"])
