@@ -25,7 +25,6 @@ from snakes import (
     unmatched_lines,
 )
 from snakes.model_lines import EVERY, INNER
-from snakes.skull import HAIR
 
 HEIGHT = 400  # pixels in which the box of the head is measured, at most
 
@@ -82,7 +81,7 @@ def without_hair(ruler: Ruler, hair: Callable[[NDArray], NDArray]) -> Ruler:
     cell = np.array([right - left, bottom - top]) / size
     places = (np.stack([column, row], axis=1) + 0.5) * cell + (left, top)
     lines = ruler.lines.copy()
-    lines[row, column] = hair(places) < HAIR
+    lines[row, column] = ~hair(places)
     return replace(ruler, lines=lines, distance=distance_transform_edt(~lines))
 
 
@@ -116,7 +115,7 @@ class Comparison:
     drawing : (h, w), 1 is paper      fitted : the face that a method has found
     template : the face before anything but its head's turn was read from the drawing
     place : finds the camera for a face, as the fit's was found before it began
-    hair : (k, 2) pixels -> (k,) how probable hair is there, or None: no line of it is a face's
+    hair : (k, 2) pixels -> (k,) whether hair is drawn there, or None: no line of it is a face's
     max_delta : as Tweakables has it; every distance is cut there
     seconds : what was worked out -> how long it took
     """
@@ -153,7 +152,7 @@ class Comparison:
     def _bare(self, lines: Lines) -> NDArray[np.float64]:
         """The points of a face's lines that no hair hides."""
         points = lines.points
-        return points if self.hair is None else points[self.hair(points) < HAIR]
+        return points if self.hair is None else points[~self.hair(points)]
 
     @cached_property
     def unmatched(self) -> list[NDArray[np.float64]]:

@@ -22,7 +22,7 @@ from addon.export import file_to_core, write_mesh
 from addon.measure import Comparison
 from addon.options import METHODS, UNMATCHED, FitOptions
 from addon.placement import camera_for, head_in
-from addon.strategies import Fitted, as_thesis, by_lines, hair_of
+from addon.strategies import Fitted, as_thesis, by_lines
 from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detection import ANGLES
@@ -148,7 +148,7 @@ def fit(
     fitted = strategy(drawing, detection, rig, expression, camera, options)
     template = FaceParameters(head=expression.head)
     max_delta = options.tweakables.max_delta
-    hair = hair_of(detection)
+    hair = detection.mask.hides if detection.mask else None
     compared = Comparison(drawing.image, rig, fitted, template, place, hair, max_delta)
     carves = options.strokes != "ignore"
     if not carves:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -108,14 +107,5 @@ def _observations(detection: Detection) -> Observations:
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
-    return Observations(
-        detection.landmarks, spreads, person=detection.person, hair=hair_of(detection)
-    )
-
-
-def hair_of(detection: Detection) -> Callable[[NDArray], NDArray] | None:
-    """See Observations.hair; None where nothing is known of it."""
-    mask = detection.mask
-    if mask is None:
-        return None
-    return lambda points: np.maximum(mask.at("hair", points), mask.at("beard", points))
+    hair = detection.mask.hides if detection.mask else None
+    return Observations(detection.landmarks, spreads, person=detection.person, hair=hair)

@@ -59,13 +59,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="export what lies between --start (0) and what was learnt (1): less is forgotten",
     )
     parser.add_argument(
-        "--second",
-        type=Path,
-        metavar="FOLDER",
-        help="export with the networks of this folder as a second opinion: units and landmarks are "
-        "the mean of both; with --only that of --start stays",
-    )
-    parser.add_argument(
         "--read",
         type=int,
         default=4000,
@@ -137,14 +130,10 @@ def train(options: argparse.Namespace) -> None:
         checkpoint = train_all(data, CONTROL_NAMES, options.out, config, options.start)
     if not options.no_export:
         from classifiers.training.export import export
-        from classifiers.training.second import networks_in, second_in
 
         weights = options.weights or options.out / "weights"
         start = None if options.only else options.start
-        second = second_in(options.start) if options.only else None
-        if options.second:
-            second = networks_in(options.second)
-        export(checkpoint, data, weights, log.info, options.read, start, options.blend, second)
+        export(checkpoint, data, weights, log.info, options.read, start, options.blend)
 
 
 def alone(names: str) -> tuple[str, ...]:

@@ -214,13 +214,13 @@ class Detector:
             second, room = self._upright(page, widened(face.box, ROOM))
             box = self._face_in(second, room, LEAST_OF_BOX) or widened(room, 1 / ROOM)
             crop = area_resample(page, box, self.size)
-            third = self.look_both_ways(crop, second=True)
+            third = self.look_both_ways(crop)
             if third.face[0] > 0:
                 break
         else:
             box = self._face_in(first, whole, LEAST_OF_INK) or whole
             crop = area_resample(page, box, self.size)
-            third = self.look_both_ways(crop, second=True)
+            third = self.look_both_ways(crop)
         angles = third.angles[0] + (0, 0, box.turn)
         angles[2] = (angles[2] + np.pi) % (2 * np.pi) - np.pi
         return Reading(
@@ -257,24 +257,21 @@ class Detector:
             return None
         return Box.square(middle, box.width, crop.turn)
 
-    def look(self, crops: Floats, second: bool = False) -> Answers:
-        """Run the networks on crops (b, size, size) of ink; lengths come in crop units.
+    def look(self, crops: Floats) -> Answers:
+        """Run the networks on crops (b, size, size) of ink; lengths come in crop units."""
+        return self.run(np.stack([even_ink(crop) for crop in crops]))
 
-        second : see `Runtime.run`
-        """
-        return self.run(np.stack([even_ink(crop) for crop in crops]), second)
-
-    def run(self, ink: Floats, second: bool = True) -> Answers:
+    def run(self, ink: Floats) -> Answers:
         """The same for ink that is as dark as the networks know it."""
-        return self._networks.run(ink, second)
+        return self._networks.run(ink)
 
-    def look_both_ways(self, crop: Floats, second: bool = False) -> Answers:
+    def look_both_ways(self, crop: Floats) -> Answers:
         """Mean of a crop's (size, size) answers and of its mirror image's, mirrored back.
 
         A mirrored crop gives the mirrored answer. `found` is that of the crop alone; `apart` says
-        how far the two differ in the landmarks. second : see `Runtime.run`
+        how far the two differ in the landmarks.
         """
-        a = self.look(np.stack([crop, crop[:, ::-1]]), second)
+        a = self.look(np.stack([crop, crop[:, ::-1]]))
         flipped = a.landmarks[1, self._landmark_mirror] * (-1, 1) + (1, 0)
         return Answers(
             (a.logits[:1] + a.logits[1:, self._au_mirror]) / 2,

@@ -11,6 +11,8 @@ from facs_rig.common.box import Box
 
 from .labels import REGIONS
 
+HIDES = 0.5  # from this probability on
+
 
 @dataclass(frozen=True, eq=False)
 class Mask:
@@ -22,6 +24,10 @@ class Mask:
 
     box: Box
     shares: NDArray[np.float64]
+
+    def hides(self, points: NDArray) -> NDArray[np.bool_]:
+        """(k,) whether hair, a hat or a beard hides the face at points (k, 2) of the page."""
+        return np.maximum(self.at("hair", points), self.at("beard", points)) >= HIDES
 
     def at(self, region: str, points: NDArray) -> NDArray[np.float64]:
         """(k,) how probable a region of REGIONS is at points (k, 2) of the page, 0..1: between the

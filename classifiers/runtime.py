@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,6 @@ WEIGHTS = Path(__file__).parent / "weights"
 DESCRIPTION = "model.json"
 FORMAT = 1
 THREADS = 2
-ASKED = ("units", "landmarks")  # of what a second opinion is asked
 KEYS = {
     "weights", "sha256", "size", "aus", "landmarks", "temperatures", "thresholds",
     "face_temperature", "checksum",
@@ -60,36 +59,20 @@ def sigmoid(logit: NDArray) -> NDArray[np.float64]:
 
 
 class Runtime:
-    """The networks of a weights folder and its description, `model`.
-
-    A description may name others for a second opinion on ASKED, `second`: a look for which it is
-    asked takes twice as long.
-    """
+    """The networks of a weights folder and its description, `model`."""
 
     def __init__(self, folder: Path, threads: int = THREADS) -> None:
         self.model = read_description(folder)
         path = Path(folder) / self.model["weights"]
         self._session = open_session(path, self.model["sha256"], threads)
         self._outputs = [output.name for output in self._session.get_outputs()]
-        told = [name for name in ("person", "regions") if name in self.model]
-        self._check(self._session, path, (*ASKED, "angles", "face", "found", *told))
-        self._second = None
-        if other := self.model.get("second"):
-            path = Path(folder) / other["weights"]
-            self._second = open_session(path, other["sha256"], threads)
-            self._check(self._second, path, ASKED)
+        self._check(path)
 
-    def run(self, ink: Floats, second: bool = True) -> Answers:
-        """The answers for crops (b, size, size) of ink as the networks know it (`even_ink`).
-
-        second : whether the second opinion counts, too, if there is one
-        """
-        crops = {"ink": ink[:, None]}
-        answers = dict(zip(self._outputs, self._session.run(None, crops), strict=True))
-        units, places = (answers[name] for name in ASKED)
-        if second and self._second is not None:
-            others = self._second.run(ASKED, crops)
-            units, places = ((a + b) / 2 for a, b in zip((units, places), others, strict=True))
+    def run(self, ink: Floats) -> Answers:
+        """The answers for crops (b, size, size) of ink as the networks know it (`even_ink`)."""
+        values = self._session.run(None, {"ink": ink[:, None]})
+        answers = dict(zip(self._outputs, values, strict=True))
+        units, places = answers["units"], answers["landmarks"]
         return Answers(
             units[:, :, 1] - units[:, :, 0],
             units[:, :, 2] * FULL,
@@ -101,13 +84,13 @@ class Runtime:
             **{name: answers[name] for name in ("person", "regions") if name in self.model},
         )
 
-    def _check(self, session, path: Path, wanted: Collection[str]) -> None:
-        """InputError if networks do not answer what is wanted, or are not of the description."""
-        shapes = {output.name: output.shape for output in session.get_outputs()}
+    def _check(self, path: Path) -> None:
+        """InputError if the networks are not those that the description is of."""
+        shapes = {output.name: output.shape for output in self._session.get_outputs()}
         names = {"units": "aus", "landmarks": "landmarks", "person": "person"}
-        counts = {name: len(self.model[names[name]]) for name in wanted if name in names}
-        known = set(wanted) <= set(shapes)
-        if not known or any(shapes[name][1] != n for name, n in counts.items()):
+        counts = {name: len(self.model[key]) for name, key in names.items() if key in self.model}
+        known = {"angles", "face", "found"} <= set(shapes)
+        if not known or any(shapes.get(name, [0, 0])[1] != n for name, n in counts.items()):
             raise InputError(
                 f"{path} does not belong to the {DESCRIPTION} beside it: install the package again."
             )

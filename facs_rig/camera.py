@@ -63,13 +63,17 @@ class Camera:
     def project(self, points: NDArray) -> NDArray:
         """Pixels (..., 2) of points (..., 3) in metres."""
         (sx, sy), (cu, cv) = self.scale, self.centre
-        if np.isinf(self.distance):
-            w: NDArray | float = 1.0
-        else:
-            w = 1.0 - points[..., 2] / self.distance
+        w = self.relative_depth(points)
         u = sx * points[..., 0] / w + cu
         v = -sy * points[..., 1] / w + cv
         return np.stack([u, v], axis=-1)
+
+    def relative_depth(self, points: NDArray) -> NDArray:
+        """(...,) how far points (..., 3) are from the eye, in its distance from the origin.
+
+        So much wider is a pixel there; 1 everywhere without perspective.
+        """
+        return 1.0 - points[..., 2] / self.distance
 
     def view_vectors(self, points: NDArray) -> NDArray:
         """Unit vectors (n, 3) from points (n, 3) toward the eye."""

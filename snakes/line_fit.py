@@ -27,7 +27,6 @@ from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
 from .shape import Observations, fit_shape
-from .skull import HAIR
 from .tweakables import WORKING_SIZE, Tweakables
 
 __all__ = ["LineFit", "fit_lines", "unmatched_lines"]
@@ -118,7 +117,7 @@ def _apart(drawn: Lines, observed: Observations) -> tuple[Lines, Lines]:
     such lines to lie on them, and its outline is not to follow them."""
     if observed.hair is None or not len(drawn.points):
         return drawn, drawn.some(np.zeros(len(drawn.points), bool))
-    hair = observed.hair(drawn.points) >= HAIR
+    hair = observed.hair(drawn.points)
     return drawn.some(~hair), drawn.some(hair)
 
 

@@ -128,8 +128,7 @@ def world_moves(
     deltas : (k, 2) as (u, v) pixels; points : (k, 3) metres, the vertices that are to move.
     Returns (k, 3) metres, z 0. With perspective a pixel is wider on a point that is farther away.
     """
-    z = np.asarray(points, dtype=np.float64)[:, 2]
-    wide = 1.0 - z / camera.distance
+    wide = camera.relative_depth(np.asarray(points, dtype=np.float64))
     moves = np.zeros((len(deltas), 3))
     moves[:, 0] = deltas[:, 0] * wide / camera.scale[0]
     moves[:, 1] = -deltas[:, 1] * wide / camera.scale[1]

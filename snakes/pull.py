@@ -134,8 +134,8 @@ def pull_skin(
     pinned = rig.landmarks[[LANDMARKS.index(name) for name in pins]]
     posed = rig.pose(parameters)
     off = np.array(list(pins.values())).reshape(-1, 2) - camera.project(posed[pinned])
-    depth = np.einsum("kc,kc->k", model.weights[asked], posed[corners][:, :, 2])
-    wide = 1 - np.concatenate([depth, *[posed[pinned, 2]] * 2]) / camera.distance
+    places = np.einsum("kc,kcd->kd", model.weights[asked], posed[corners])
+    wide = camera.relative_depth(np.concatenate([places, *[posed[pinned]] * 2]))
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
     # A pin is known in both directions, a line across itself alone.
     ways = np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)])

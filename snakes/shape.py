@@ -41,7 +41,7 @@ class Observations:
     landmarks : name -> (u, v) pixels;  spreads : name -> pixels that each may be off
     pins : name -> (u, v) pixels, landmarks whose place the artist has said; they override the rest
     person : identity parameter -> what the drawing says of it, and how far off that may be
-    hair : (k, 2) pixels -> (k,) how probable it is that hair, a hat or a beard is drawn there, 0..1
+    hair : (k, 2) pixels -> (k,) bool, whether hair, a hat or a beard is drawn there
     mane : (k, 2) pixels of lines of hair, hat or beard: no skull reaches beyond them
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
     """
@@ -250,12 +250,11 @@ class _Guess:
                 aus={**parameters.aus, **dict(zip(self.controls, how.tolist(), strict=True))},
                 head=(yaw, pitch, roll),
             ),
-            Camera(
-                camera.width,
-                camera.height,
-                (scale, scale),
-                (float(centre[0]), float(centre[1])),
-                float(distance),
+            replace(
+                camera,
+                scale=(scale, scale),
+                centre=(float(centre[0]), float(centre[1])),
+                distance=float(distance),
             ),
         )
 
@@ -364,7 +363,7 @@ def _moves(points: SurfacePoints, now: _Now) -> tuple[NDArray[np.float64], NDArr
     scale = np.array([camera.scale[0], -camera.scale[0]])
     turned = place @ turning.T
     near = 1 / camera.distance
-    wide = (1 - near * turned[:, 2])[:, None]
+    wide = camera.relative_depth(turned)[:, None]
     flat = turned[:, :2] * scale / wide
 
     def seen(moves: NDArray) -> NDArray:  # movements (..., k, 3) in pixels

@@ -18,8 +18,6 @@ __all__ = ["beyond_hair", "skull_triangles", "under_hair"]
 AROUND, CROWD, ROUND = 0.06, 1.4, 8
 """Within this share of the head one line is as long as across; so many times that are hair. In so
 many directions it is looked for there."""
-HAIR = 0.5
-"""From this probability on hair is drawn at a place."""
 SECTORS = 48
 """In so many directions from a head's middle the outermost hair is looked for."""
 CROPPED = 0.02
@@ -49,7 +47,7 @@ def under_hair(
         turns = np.linspace(0, 2 * np.pi, ROUND, endpoint=False)
         ring = AROUND * head * np.stack([np.cos(turns), np.sin(turns)], axis=1)
         about = points[over][:, None] + np.vstack([ring, np.zeros(2)])
-        found[over] |= (hair(about.reshape(-1, 2)).reshape(-1, ROUND + 1) > HAIR).any(axis=1)
+        found[over] |= hair(about.reshape(-1, 2)).reshape(-1, ROUND + 1).any(axis=1)
     return found
 
 

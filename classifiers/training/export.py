@@ -35,7 +35,7 @@ from .negatives import faceless
 from .readings import pages_of, read_all
 from .targets import Targets, encode_all, manly, rotated_in_picture
 
-ONNX, SECOND = "detector.onnx", "second.onnx"
+ONNX = "detector.onnx"
 OUTPUTS = ("units", "landmarks", "angles", "face", "found", "person", "regions")
 TOLERANCE = 1e-4
 OPSET = 17
@@ -147,13 +147,11 @@ def export(
     limit: int = READ,
     start: Path | None = None,
     share: float = 1.0,
-    second: Path | None = None,
 ) -> dict[str, Any]:
     """Write detector.onnx and model.json into `folder`, whole or not at all; -> the description.
 
     start, share : the networks that were trained on, and how much of what was learnt is taken (see
     `exported.blend`)
-    second : exported networks that give a second opinion (see second.py)
 
     Raises ValueError if the held-out part is empty or ONNX Runtime and torch differ.
     """
@@ -189,14 +187,6 @@ def export(
             "thresholds": dict.fromkeys(saved["aus"], 0.5),
             "face_temperature": 1.0,
         }
-        files = [ONNX]
-        if second:
-            from .second import write_second
-
-            write_second(second, beside / SECOND, beside / ONNX)
-            weights = (beside / SECOND).read_bytes()
-            model["second"] = {"weights": SECOND, "sha256": hashlib.sha256(weights).hexdigest()}
-            files += [SECOND]
         write_description(beside, model)
         detector = Detector(beside)
         names = Names.of(saved["aus"], saved["landmarks"])
@@ -237,7 +227,7 @@ def export(
         model["data"] = provenance(data)
         write_description(beside, model)
         with Outputs() as outputs:
-            for name in (*files, DESCRIPTION):
+            for name in (ONNX, DESCRIPTION):
                 shutil.copyfile(beside / name, outputs.beside(folder / name))
     for kind in ("clean", "drawn_over"):
         mean, units = model["figures"][kind]["mean"], model["figures"][kind]["units"]

@@ -93,8 +93,7 @@ def sit(
     flat = camera.project(points).astype(float)
     facing = (places.normals @ axes)[:, 2] > SEEN
     eyes = [places.curves["landmarks"].start + LANDMARKS.index(f"pupil_{s}") for s in SIDES]
-    origin, depth = flat[eyes].mean(axis=0), points[eyes, 2].mean()
-    near = 1.0 if np.isinf(camera.distance) else 1 - depth / camera.distance
+    origin, near = flat[eyes].mean(axis=0), float(camera.relative_depth(points[eyes]).mean())
     up = axes[1, :2] * [1, -1]
     down = -up / max(float(np.hypot(*up)), 1e-9)
     frame = Frame(

@@ -47,7 +47,7 @@ def test_a_line_without_counterpart_counts_the_same_wherever_the_face_is():
 def test_hair_is_no_line_of_a_face():
     bare = ruler(page([40]), BOX, reach=10)
     hairy = ruler(page([40, 60, 95]), BOX, reach=10)
-    found = without_hair(hairy, lambda points: 1.0 * (points[:, 1] > 50))
+    found = without_hair(hairy, lambda points: points[:, 1] > 50)
     assert (found.lines == bare.lines).all() and hairy.lines.sum() > bare.lines.sum()
     for y in (42.5, 58.5):
         assert contour_error(found, line(y)) == pytest.approx(contour_error(bare, line(y)))

@@ -151,7 +151,7 @@ class Blobs:
     def __init__(self, certain=True, collapsed=False) -> None:
         self.certain, self.collapsed, self.looks = certain, collapsed, 0
 
-    def run(self, ink: np.ndarray, second: bool = True) -> Answers:
+    def run(self, ink: np.ndarray) -> Answers:
         self.looks += 1
         n, size = ink.shape[:2]
         cells = 8

@@ -21,7 +21,7 @@ class Counting:
     """Stands in for the networks: smiles are ink below the middle, raised brows the lack of ink
     above it, a grimace on the left ink on the right of the picture."""
 
-    def run(self, ink: np.ndarray, second: bool = True) -> Answers:
+    def run(self, ink: np.ndarray) -> Answers:
         half = ink.shape[1] // 2
         share = ink.mean(axis=2)
         logits = np.zeros((len(ink), len(TWELVE)))

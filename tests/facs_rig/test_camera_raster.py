@@ -42,6 +42,18 @@ def test_orthographic_last_row():
     assert Camera(10, 10, (2.0, 3.0), (5, 5)).matrix()[2].tolist() == [0, 0, 0, 1]
 
 
+@pytest.mark.parametrize("distance", [np.inf, 0.5])
+def test_what_is_farther_away_is_drawn_smaller(distance):
+    """By as much as its distance from the eye is that of the origin."""
+    camera = Camera(100, 100, (200.0, 200.0), (50.0, 50.0), distance)
+    ends = np.array([[0.0, 0, -0.1], [0.02, 0, -0.1], [0.0, 0, 0.1], [0.02, 0, 0.1]])
+    wide = np.diff(camera.project(ends)[:, 0])[::2]
+    np.testing.assert_allclose(camera.relative_depth(ends)[::2], 200 * 0.02 / wide)
+    eye = np.array([0, 0, min(distance, 1e9)])
+    away = np.abs(eye - ends)[:, 2] / eye[2]
+    np.testing.assert_allclose(camera.relative_depth(ends), away)
+
+
 def test_framing_keeps_all_points_inside():
     points = np.random.default_rng(1).normal(size=(50, 3)) * 0.1
     for distance in (np.inf, 1.0):

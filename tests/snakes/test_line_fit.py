@@ -44,7 +44,7 @@ def scene():
 
     def hair(points):
         beyond = (points[:, 0] - edges[0] > 4) | (edges[1] - points[:, 0] > 4)
-        return (beyond & (points[:, 1] > top - 2)).astype(float)
+        return beyond & (points[:, 1] > top - 2)
 
     return rig, camera, observed, drawing, haired, hair
 
@@ -65,6 +65,6 @@ def test_an_outline_does_not_follow_the_hair_beside_it(scene):
 
 def test_who_is_all_hair_is_found_by_landmarks(scene):
     rig, camera, observed, _, haired, _ = scene
-    everywhere = replace(observed, hair=lambda points: np.ones(len(points)))
+    everywhere = replace(observed, hair=lambda points: np.ones(len(points), bool))
     fit = fit_lines(haired, rig, BEGIN, camera, everywhere)
     assert np.isfinite(fit.offsets).all() and np.linalg.norm(fit.offsets, axis=1).max() < 1e-9

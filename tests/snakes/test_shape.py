@@ -11,14 +11,7 @@ from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from facs_rig.derivatives import surface_points
 from snakes.lines import HEAD, Lines
 from snakes.model_lines import face_lines
-from snakes.shape import (
-    VIEW,
-    Observations,
-    _Guess,
-    _moves,
-    _Now,
-    fit_shape,
-)  # fmt: skip
+from snakes.shape import VIEW, Observations, _Guess, _moves, _Now, fit_shape
 
 NONE = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 TRUE = FaceParameters(

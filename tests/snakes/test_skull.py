@@ -55,7 +55,7 @@ def test_hair_that_was_seen_hides_the_skull_beside_it(face):
     plain = under_hair(model.lines, points, over, head)
 
     def mane(at):  # all over the left of the picture
-        return 1.0 * (at[:, 0] < 200)
+        return at[:, 0] < 200
 
     found = under_hair(model.lines, points, over, head, mane)
     middle = np.abs(points[:, 0] - 200) < 0.07 * head

@@ -296,7 +296,7 @@ def remember(face, holder, found) -> None:
     settings.camera = (fit.camera.scale[0] * scale, u, v)
     distance, marks = fit.camera.distance, fit.vertices[fit.rig.landmarks]
     settings.distance = distance if np.isfinite(distance) else 0.0
-    settings.closeness = 1 - float(marks[:, 2].mean()) / distance
+    settings.closeness = float(fit.camera.relative_depth(marks).mean())
     settings.turn = fit.drawing.turn
     error = fit.contour_error_px
     settings.contour_error_px = [error[k] for k in ("template", "expression", "fitted")]

@@ -104,3 +104,4 @@ def test_a_mask_is_read_between_the_middles_of_its_cells():
     points = np.array([[110, 220], [120, 220], [130, 210], [500, 200], [0, 0]], float)
     np.testing.assert_allclose(mask.at("hair", points), [0, 0.5, 1, 1, 0])
     assert not mask.at("beard", points).any()
+    assert mask.hides(points).tolist() == [False, True, True, True, False]
