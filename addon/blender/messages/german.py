@@ -890,6 +890,14 @@ SETTINGS = {
     "Pixels of the sketch for a metre of the face, and where its pivot lies": (
         "Pixel der Skizze für einen Meter des Gesichts, und wo sein Drehpunkt liegt"
     ),
+    "Distance": "Abstand",
+    "From the face's pivot to the eye that saw it, in metres; 0 is infinite": (
+        "Vom Drehpunkt des Gesichts zum Auge, das es sah, in Metern; 0 ist unendlich"
+    ),
+    "Closeness": "Nähe",
+    "How far that eye is from the drawn features, as a share of its distance": (
+        "Wie weit dieses Auge von den gezeichneten Zügen ist, als Anteil seines Abstands"
+    ),
     "From pixels of the sketch to the places of pins, two rows": (
         "Von Pixeln der Skizze zu den Orten der Pins, zwei Zeilen"
     ),

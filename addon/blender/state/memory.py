@@ -194,11 +194,11 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
     )
     distance: FloatProperty(
         name="Distance",
-        description="Of the eye that saw the drawn face from its pivot, in metres; 0 is infinite",
+        description="From the face's pivot to the eye that saw it, in metres; 0 is infinite",
     )
     closeness: FloatProperty(
         name="Closeness",
-        description="Of that eye to the drawn features, as a share of its distance",
+        description="How far that eye is from the drawn features, as a share of its distance",
         default=1.0,
     )
     turn: IntProperty(
