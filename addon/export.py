@@ -19,7 +19,7 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,8 @@ from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
-from facs_rig.levels import FULL, at_level, kept_by
+from facs_rig.fitted_keys import FittedKey
+from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
 from facs_rig.paint import linear_light
 from facs_rig.shape import Shape, rig_shape
 
@@ -46,6 +47,7 @@ def write_mesh(
     rig: FaceRig,
     parameters: FaceParameters,
     offsets: NDArray | None = None,
+    fitted: Sequence[FittedKey] = (),
     *,
     names: str = "ours",
     keys: bool = False,
@@ -56,6 +58,7 @@ def write_mesh(
     """Write the posed face to `path`, whole or not at all; its ending says how.
 
     offsets : (n, 3) float, metres, the fitted details, upright head
+    fitted : what of them goes with the actions of the expression
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -75,11 +78,12 @@ def write_mesh(
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
     rig = at_level(rig, detail)
     offsets = None if offsets is None else kept_by(rig, offsets)
+    fitted = keys_kept_by(rig, fitted)
     moved = keys or suffix in (".glb", ".fbx")
-    targets = morph_targets(rig, parameters, names) if moved else {}
+    targets = morph_targets(rig, parameters, names, fitted) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
-            _write_blend(job.beside(path), rig, parameters, offsets, _called(path), names)
+            _write_blend(job.beside(path), rig, parameters, offsets, fitted, _called(path), names)
             return
         shape = rig_shape(rig, parameters, offsets, targets)
         if suffix == ".fbx":
@@ -110,11 +114,15 @@ def file_to_core(path: Path) -> NDArray[np.float64]:
 
 
 def morph_targets(
-    rig: FaceRig, parameters: FaceParameters, names: str = "ours"
+    rig: FaceRig,
+    parameters: FaceParameters,
+    names: str = "ours",
+    fitted: Sequence[FittedKey] = (),
 ) -> dict[str, NDArray[np.float32]]:
     """Name -> (n, 3) displacement, metres, of the posed face: the keys, then `neutral`.
 
-    Ours are each control alone at full natural activation on this identity, creases included.
+    Ours are each control alone at full natural activation on this identity, creases included, and
+    with what the drawing shows of it beyond that (`fitted`).
     Files add targets up; what the rig does where controls meet stays in Blender.
     """
     who = parameters.identity
@@ -128,6 +136,12 @@ def morph_targets(
         full = [(plain, FaceParameters({name: FULL_INTENSITY}, who)) for name in CONTROL_NAMES]
         moves = rig.moves([*full, (worn, looking)])
         keys = CONTROL_NAMES
+        for row, name in enumerate(keys):
+            for key in fitted:
+                if on := key.value({name: FULL_INTENSITY}):
+                    moves[row] += np.float32(on) * key.offsets
+    for key in fitted:
+        moves[-1] -= key.offsets
     return dict(zip((*keys, NEUTRAL), rig.turn_vectors(moves, parameters), strict=True))
 
 
@@ -283,11 +297,11 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(path: Path, rig, parameters, offsets, name: str, names: str) -> None:
+def _write_blend(path: Path, rig, parameters, offsets, fitted, name: str, names: str) -> None:
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
 
-    build_face(name, rig, parameters, offsets, arkit=names == "arkit")
+    build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)

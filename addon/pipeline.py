@@ -33,6 +33,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
 from facs_rig.exaggeration import exaggerated
+from facs_rig.fitted_keys import FittedKey, offsets_at
 from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
 
@@ -42,7 +43,7 @@ __all__ = [
 ]  # fmt: skip
 
 Progress = Callable[[int, int], None]
-Shaped = Callable[[FaceParameters, NDArray[np.float32]], None]
+Shaped = Callable[[FaceParameters, NDArray[np.float32], tuple[FittedKey, ...]], None]
 STAGES = ("read", "detect", "align", "fit", "carve")
 
 
@@ -74,8 +75,17 @@ class FaceFit:
 
     @property
     def offsets(self) -> NDArray[np.float32]:
-        """(n, 3) metres, for `rig.shape`."""
+        """(n, 3) metres, for `rig.shape`, with the drawn expression."""
         return self.fitted.offsets
+
+    @property
+    def keys(self) -> tuple[FittedKey, ...]:
+        """What of the offsets goes with the drawn actions; the rest stays at rest."""
+        return self.fitted.keys
+
+    def posed(self, parameters: FaceParameters) -> NDArray[np.float32]:
+        """(n, 3) the fitted skin with another expression, head or person."""
+        return self.rig.pose(parameters, offsets_at(self.offsets, self.keys, parameters.aus))
 
     @property
     def vertices(self) -> NDArray[np.float32]:
@@ -118,7 +128,7 @@ def fit(
     """Fit the face to a sketch: a file, a loaded Drawing, or a picture (h, w) or (h, w, 3 or 4).
 
     `progress(done, total)` is called after each stage. detector : None is `load_detector()`.
-    `shaped(parameters, offsets)` is called once these are final: a face can be built in the
+    `shaped(parameters, offsets, keys)` is called once these are final: a face can be built in the
     meantime. What is only said about a fit is worked out when it is asked for.
     Raises InputError, one sentence, for whatever cannot be read or shows no face, and InputError
     for an unusable alignment.
@@ -154,7 +164,7 @@ def fit(
     if not carves:
         fitted = _exaggerated(fitted, rig, options.exaggerate)
         if shaped:
-            shaped(fitted.parameters, fitted.offsets)
+            shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("fit")
 
     if carves:
@@ -162,7 +172,7 @@ def fit(
         clock.skip()
         fitted = _exaggerated(_carved(fitted, lost, rig, options), rig, options.exaggerate)
         if shaped:
-            shaped(fitted.parameters, fitted.offsets)
+            shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
     return FaceFit(drawing, detection, rig, fitted, compared, clock.laps)
 
@@ -216,7 +226,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.rig,
         face.parameters,
         face.vertices,
-        face.rig.pose(aside, face.offsets),
+        face.posed(aside),
         face.camera,
         face.compared.unmatched,
     )
@@ -229,7 +239,10 @@ def write_face(
 
     detail : the level, one of facs_rig.levels.LEVELS
     """
-    write_mesh(Path(path), face.rig, face.parameters, face.offsets, detail=detail, outputs=outputs)
+    write_mesh(
+        Path(path), face.rig, face.parameters, face.offsets, face.keys,
+        detail=detail, outputs=outputs,
+    )  # fmt: skip
 
 
 def _read(sketch: str | Path | Drawing | NDArray) -> Drawing:
@@ -275,7 +288,8 @@ def _exaggerated(fitted: Fitted, rig: FaceRig, much: float) -> Fitted:
         return fitted
     parameters, offsets = exaggerated(fitted.parameters, fitted.offsets, much)
     vertices = rig.pose(parameters, offsets)
-    return replace(fitted, parameters=parameters, offsets=offsets, vertices=vertices)
+    keys = tuple(key.exaggerated(much) for key in fitted.keys) if much else ()
+    return replace(fitted, parameters=parameters, offsets=offsets, vertices=vertices, keys=keys)
 
 
 def _name(drawing: Drawing) -> str:

@@ -16,6 +16,7 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from facs_rig import CONTROL_NAMES, CONTROLS, Camera, FaceParameters, FaceRig, landmark_points
 from facs_rig.common.errors import InputError
+from facs_rig.controls import REGIONS
 from facs_rig.rotation import rotation
 
 Picture = NDArray[np.uint8]  # (h, w, 3)
@@ -24,7 +25,6 @@ LAYERS = ("brow", "iris", "pupil", "lip")  # surface strokes of a plain drawing
 LEVELS = (0.0, 2.5, 5.0)
 KINDS = ("shaded", "drawn")
 VIEWS = {"front": 0.0, "three-quarter": 38.0}  # degrees that the head is turned to its own left
-REGIONS = ("upper", "mid", "lower")
 TITLES = {f"{region.title()} face": (region,) for region in REGIONS}
 FEW = 12  # controls that need no groups
 SIZE = 160  # pixels, the height of a face

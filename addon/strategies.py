@@ -15,6 +15,7 @@ from classifiers import Detection
 from classifiers.detection import CLOSE
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
+from facs_rig.fitted_keys import FittedKey
 from snakes import Lines, Observations, PinsApart, fit_lines
 
 # A drawing that the detector believes to be a face with less than this has no landmarks to go by.
@@ -26,6 +27,7 @@ class Fitted:
     """A face as a method has fitted it to a drawing.
 
     offsets : (n, 3) float32 metres, for `rig.shape`      vertices : (n, 3) posed and fitted
+    keys : what of the offsets goes with the drawn actions; the rest stays at rest
     camera : that of the drawing
     box : pixels of the drawing, where its lines were looked for
     drawn : these lines      model : the face's own before its skin was moved
@@ -39,6 +41,7 @@ class Fitted:
     box: Box
     drawn: Lines | None = None
     model: Lines | None = None
+    keys: tuple[FittedKey, ...] = ()
 
 
 def by_lines(
@@ -77,8 +80,9 @@ def by_lines(
     check_pins(rig, vertices, found.camera, pins)
     model = found.model.lines if found.model else None
     return Fitted(
-        found.parameters, found.offsets, vertices, found.camera, found.box, found.drawn, model
-    )
+        found.parameters, found.offsets, vertices, found.camera, found.box, found.drawn, model,
+        found.keys,
+    )  # fmt: skip
 
 
 def as_thesis(

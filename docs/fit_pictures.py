@@ -64,7 +64,7 @@ def living_faces() -> Picture:
             ("jaw_open 6", replace(ahead, aus={"jaw_open": 6.0})),
             ("at rest, turned", replace(ahead, aus={}, head=(0.9, 0.0, 0.0))),
         ):
-            posed = face.rig.pose(changed, face.offsets)
+            posed = face.posed(changed)
             camera = Camera.framing(posed, HEIGHT, HEIGHT)
             painted = paint(face.rig, posed, camera, dict(face.parameters.identity))
             tiles.append(captioned(painted, words))

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 MAX_INTENSITY = 10.0
 FULL_INTENSITY = 5.0
+REGIONS = ("upper", "mid", "lower")
 
 Mix = tuple[tuple[str, float], ...]
 
@@ -27,7 +28,7 @@ class Control:
 
     name: str
     label: str
-    region: str  # upper, mid, lower
+    region: str  # of REGIONS
     aus: tuple[str, ...]
     muscle: str
     side: str  # both, left, right: the face's own

@@ -8,6 +8,8 @@ face's vertices is known of the level's.
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from .common.derived import derived, forget
 from .common.errors import InputError
+from .fitted_keys import FittedKey
 from .rig import FaceRig
 from .subdivide import triangulate
 from .uv import TextureMap
@@ -49,6 +52,11 @@ def check_level(level: str) -> None:
 def kept_by(rig: FaceRig, values: NDArray) -> NDArray:
     """Values (n, ...) of the full face's vertices, for those of the level `rig`; others as are."""
     return values if rig.of_full is None or len(values) == rig.n_vertices else values[rig.of_full]
+
+
+def keys_kept_by(rig: FaceRig, keys: Sequence[FittedKey]) -> tuple[FittedKey, ...]:
+    """The same of fitted keys."""
+    return tuple(replace(key, offsets=kept_by(rig, key.offsets)) for key in keys)
 
 
 def at_vertices(rig: FaceRig, at: NDArray, polygons: NDArray, starts: NDArray) -> FaceRig:

@@ -16,7 +16,9 @@ from facs_rig.coarse import coarse_rig
 from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock
 from facs_rig.common.polylines import line_length
+from facs_rig.fitted_keys import FittedKey
 
+from .at_rest import expression_keys
 from .brows import brow_thickness
 from .contours import head_box
 from .deltas import runs
@@ -45,6 +47,7 @@ class LineFit:
 
     parameters, camera : with identity, head and intensities as the lines have them
     offsets : (n, 3) float32, metres, head upright, for FaceRig.shape
+    keys : what of them goes with the drawn actions
     box : pixels of the drawing, where its lines were looked for
     drawn : these lines      model : the face's before the offsets; None where it has none
     timings_s : seconds for each step
@@ -53,6 +56,7 @@ class LineFit:
     parameters: FaceParameters
     camera: Camera
     offsets: NDArray[np.float32]
+    keys: tuple[FittedKey, ...]
     box: Box
     drawn: Lines
     model: SurfaceLines | None
@@ -109,7 +113,10 @@ def fit_lines(
     else:
         offsets = np.zeros((rig.n_vertices, 3))
     clock.lap("skin")
-    return LineFit(parameters, camera, offsets.astype(np.float32), box, drawn, model, clock.laps)
+    single = offsets.astype(np.float32)
+    keys = expression_keys(rig, parameters, single, settings.symmetry)
+    clock.lap("keys")
+    return LineFit(parameters, camera, single, keys, box, drawn, model, clock.laps)
 
 
 def _apart(drawn: Lines, observed: Observations) -> tuple[Lines, Lines]:

@@ -13,7 +13,7 @@ Only the modules `facs_rig.blender.build*` need bpy.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import bpy
 import numpy as np
@@ -33,10 +33,12 @@ from facs_rig.blender.armature import (
     turn_bone,
 )
 from facs_rig.blender.arrays import make_mesh, write_places
-from facs_rig.blender.keys import BASIS, FITTED, add_keys, add_properties, driver_texts
+from facs_rig.blender.keys import BASIS, add_keys, add_properties, driver_texts
 from facs_rig.blender.materials import add_materials, paint_of, starts_of
 from facs_rig.blender.pose import DETAIL, MARK, VERSION, set_identity, write_identity
 from facs_rig.blender.steps import Steps, finish, sliced
+from facs_rig.fitted_keys import FITTED, FittedKey
+from facs_rig.mesh import is_shape
 from facs_rig.parameters import FaceParameters, intensities
 from facs_rig.rig import FaceRig
 
@@ -45,8 +47,8 @@ __all__ = [
     "set_identity", "to_blender",
 ]  # fmt: skip
 
-Known = tuple[FaceParameters, "NDArray | None"]
-"""What a face does and who it is, and its fitted offsets."""
+Known = tuple[FaceParameters, "NDArray | None", Sequence[FittedKey]]
+"""What a face does and who it is, its fitted offsets, and what of them goes with its actions."""
 _VALID: weakref.WeakSet[FaceRig] = weakref.WeakSet()  # rigs whose polygons Blender has checked
 
 
@@ -55,6 +57,7 @@ def build_face(
     rig: FaceRig,
     parameters: FaceParameters,
     offsets: NDArray | None = None,
+    fitted: Sequence[FittedKey] = (),
     *,
     collection: bpy.types.Collection | None = None,
     location: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -69,6 +72,7 @@ def build_face(
     rig, parameters : the face, at any level of detail (facs_rig.levels);
         `aus` and `gaze` set the sliders, `head` and `neck` the bones.
     offsets : (n, 3) float, metres, upright head frame, core axes; becomes the key "Fitted".
+    fitted : what of the offsets goes with the drawn actions, in driven keys of its own.
     collection : where the objects are linked; the scene's own if None.
     location : units of the scene, Blender axes; where the head's pivot comes to lie.
         The armature is scaled so that a metre of the face is a metre of the scene (`metre`).
@@ -81,7 +85,7 @@ def build_face(
     """
     return finish(
         build_steps(
-            name, rig, parameters, offsets, collection=collection, location=location,
+            name, rig, parameters, offsets, fitted, collection=collection, location=location,
             identity_keys=identity_keys, arkit=arkit,
         )
     )  # fmt: skip
@@ -92,6 +96,7 @@ def build_steps(
     rig: FaceRig,
     parameters: FaceParameters,
     offsets: NDArray | None = None,
+    fitted: Sequence[FittedKey] = (),
     *,
     collection: bpy.types.Collection | None = None,
     location: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -105,7 +110,7 @@ def build_steps(
     error. Between slices the file may not be undone or exchanged: then the next one raises a
     ReferenceError. The first face of a rig takes longer, unless `prepare` was called before.
     """
-    known = (parameters, offsets)
+    known = (parameters, offsets, fitted)
     return sliced(_build(name, rig, lambda: known, collection, location, identity_keys, arkit))
 
 
@@ -119,8 +124,8 @@ def build_when(
 ) -> Steps[bpy.types.Object]:
     """`build_steps` for a face whose shape is still being found: mesh, bones and skin come first.
 
-    known : asked then, once a slice or oftener, until it answers with (parameters, offsets) rather
-        than None; what it raises ends the building and leaves nothing.
+    known : asked then, once a slice or oftener, until it answers with (parameters, offsets, fitted)
+        rather than None; what it raises ends the building and leaves nothing.
 
     The first slice makes the bones, which takes an operator: start no thread before it is over
     (see `blender_armature`).
@@ -171,11 +176,9 @@ def _build(
         yield from bind(face, armature, rig)
         while (shape := known()) is None:
             yield
-        parameters, offsets = shape
-        if offsets is not None and np.shape(offsets) != (rig.n_vertices, 3):
-            raise ValueError(
-                f"offsets must have the shape {(rig.n_vertices, 3)}, got {np.shape(offsets)}"
-            )
+        parameters, offsets, fitted = shape
+        if offsets is not None:
+            is_shape(offsets, (rig.n_vertices, 3), "offsets")
         intensities(parameters.aus)
         if not identity_keys:
             points = to_blender(rig.neutral(parameters.identity))
@@ -184,7 +187,7 @@ def _build(
         yield
         whose = {} if identity_keys else parameters.identity
         yield from add_keys(
-            face, rig, points, whose, offsets, identity_keys=identity_keys, arkit=arkit
+            face, rig, points, whose, offsets, fitted, identity_keys=identity_keys, arkit=arkit
         )
         drive_eyes(face, armature)
         drive_jaw(face, armature, rig)

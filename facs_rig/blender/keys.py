@@ -8,7 +8,7 @@ expression, so that properties can be keyframed, driven and seen in the Graph Ed
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import bpy
@@ -19,12 +19,13 @@ from facs_rig.blender.armature import drive, to_blender
 from facs_rig.blender.arrays import BULK, write_key, write_places
 from facs_rig.blender.steps import Steps
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, CONTROLS, FULL_INTENSITY, MAX_INTENSITY
+from facs_rig.fitted_keys import FITTED, FITTED_REGIONS, FittedKey, offsets_at
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.keys import LONGEST, PROPERTIES, abbreviated
 from facs_rig.parameters import FaceParameters
 from facs_rig.rig import FaceRig
 
-BASIS, FITTED = "Basis", "Fitted"
+BASIS = "Basis"
 GAZE = ("gaze_yaw", "gaze_pitch")
 WIDEST = 10.0  # the largest value that Blender lets a shape key have
 
@@ -71,14 +72,16 @@ def add_keys(
     neutral: NDArray[np.float32],
     identity: Mapping[str, float],
     offsets: NDArray | None,
+    fitted: Sequence[FittedKey],
     *,
     identity_keys: bool,
     arkit: bool,
 ) -> Steps[None]:
-    """All shape keys, in this order: Basis, rig.keys, the identity's, ARKit's, Fitted.
+    """All shape keys, in this order: Basis, rig.keys, the identity's, ARKit's, the fitted ones.
 
     Pauses after each. The drivers come last, as long as nothing evaluates them.
-    neutral : (n, 3) metres, Blender's axes      offsets : (n, 3) metres, core axes
+    neutral : (n, 3) metres, Blender's axes
+    offsets, fitted : (n, 3) metres, core axes, and what of them goes with actions
     identity : whose keys the rig's are
     """
     face.shape_key_add(name=BASIS, from_mix=False)
@@ -100,11 +103,14 @@ def add_keys(
             add_key(face, name, moved(neutral, delta), 0.0, 1.0)
             yield
     if offsets is not None:
-        add_fitted(face, moved(neutral, offsets))
+        add_fitted(face, neutral, offsets, fitted)
         yield
     write_places(face.data, neutral)
     for key in rig.keys:
         _drive_key(face, key.name, key.expression)
+        yield
+    for shown in fitted:
+        _drive_key(face, shown.name, shown.expression)
         yield
 
 
@@ -113,9 +119,36 @@ def moved(points: NDArray[np.float32], deltas: NDArray) -> NDArray[np.float32]:
     return points + to_blender(deltas)
 
 
-def add_fitted(face: bpy.types.Object, points: NDArray[np.float32]) -> None:
-    """The key of the strokes' offsets, fully on."""
-    add_key(face, FITTED, points, 0.0, 2.0).value = 1.0
+def add_fitted(
+    face: bpy.types.Object,
+    neutral: NDArray[np.float32],
+    offsets: NDArray,
+    fitted: Sequence[FittedKey],
+) -> None:
+    """The key of what the fitted offsets have at rest, fully on, and those that go with actions,
+    which nothing drives yet."""
+    add_key(face, FITTED, moved(neutral, offsets_at(offsets, fitted, {})), 0.0, 2.0).value = 1.0
+    for key in fitted:
+        add_key(face, key.name, moved(neutral, key.offsets), 0.0, 2.0)
+
+
+def replace_fitted(
+    face: bpy.types.Object, neutral: NDArray[np.float32], fitted: Sequence[FittedKey]
+) -> None:
+    """Other keys that go with actions, with their drivers, in the place of those that it has."""
+    keys = face.data.shape_keys
+    for name in FITTED_REGIONS.values():
+        if name in keys.key_blocks:
+            keys.driver_remove(f'key_blocks["{name}"].value')
+            for part in [part for part in face.keys() if part.startswith(f"{name}_part_")]:
+                face.driver_remove(f'["{part}"]')
+                del face[part]
+            face.shape_key_remove(keys.key_blocks[name])
+    for key in fitted:
+        add_key(face, key.name, moved(neutral, key.offsets), 0.0, 2.0)
+    write_places(face.data, neutral)  # see `add_key`
+    for key in fitted:
+        _drive_key(face, key.name, key.expression)
 
 
 def add_key(

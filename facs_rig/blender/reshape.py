@@ -7,7 +7,7 @@ same offsets against the basis or whichever key they are relative to.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, joints_move, to_blender
 from facs_rig.blender.arrays import BULK, corners_of, read_key, write_key, write_places
-from facs_rig.blender.keys import FITTED, add_fitted, moved
+from facs_rig.blender.keys import add_fitted, moved, replace_fitted
 from facs_rig.blender.pose import (
     armature_of,
     check_face,
@@ -28,8 +28,9 @@ from facs_rig.blender.pose import (
 from facs_rig.blender.steps import Steps, finish, sliced
 from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES
+from facs_rig.fitted_keys import FITTED, FITTED_REGIONS, FittedKey, offsets_at
 from facs_rig.identity import IDENTITY_KEYS, check_identity
-from facs_rig.levels import kept_by
+from facs_rig.levels import kept_by, keys_kept_by
 from facs_rig.mesh import is_shape
 from facs_rig.rig import FaceRig
 
@@ -41,6 +42,7 @@ def reshape(
     rig: FaceRig,
     identity: Mapping[str, float],
     offsets: NDArray | None = None,
+    fitted: Sequence[FittedKey] = (),
 ) -> None:
     """Give a face another identity and other fitted offsets; what it does stays.
 
@@ -53,13 +55,14 @@ def reshape(
         those of the face's own level: the key "Fitted", which is made if the face has none. None
         leaves "Fitted" as it is, zeros empty it. How far the key is on is the artist's: 1 if it is
         made here, else as it was.
+    fitted : what of the offsets goes with actions, in the place of what the face has of this kind
 
     Then the evaluated mesh is `rig.pose` of this identity, these offsets and whatever the face
     does, as after `build_face`. Raises InputError, one sentence, with nothing changed: for bad
     values and shapes, and for faces that are edited, linked, of another topology, or without a
     key or hidden bone that has to be moved. Undo is the caller's.
     """
-    finish(reshape_steps(face, rig, identity, offsets))
+    finish(reshape_steps(face, rig, identity, offsets, fitted))
 
 
 def reshape_steps(
@@ -67,6 +70,7 @@ def reshape_steps(
     rig: FaceRig,
     identity: Mapping[str, float],
     offsets: NDArray | None = None,
+    fitted: Sequence[FittedKey] = (),
 ) -> Steps[None]:
     """`reshape` in slices of some 80 ms.
 
@@ -74,18 +78,21 @@ def reshape_steps(
     keys take 3 ms each and the face is in between until the last slice. A generator that is
     closed meanwhile writes the rest at once, so that no face stays half another's.
     """
-    return sliced(_reshape(face, rig, identity, offsets), SLICE)
+    return sliced(_reshape(face, rig, identity, offsets, fitted), SLICE)
 
 
 def fitted_offsets(face: bpy.types.Object) -> NDArray[np.float32] | None:
-    """(n, 3) metres, core axes: the offsets in the key "Fitted"; None if there is no such key.
+    """(n, 3) metres, core axes: the offsets in the fitted keys; None if there is no "Fitted".
 
-    As they were given to `build_face` or `reshape`, however far the key is on.
+    As they were given to `build_face` or `reshape`, however far the keys are on.
     """
     keys = face.data.shape_keys
     if keys is None or FITTED not in keys.key_blocks:
         return None
-    return from_blender(read_key(keys.key_blocks[FITTED]) - read_key(keys.reference_key))
+    names = [name for name in (FITTED, *FITTED_REGIONS.values()) if name in keys.key_blocks]
+    basis = read_key(keys.reference_key)
+    moves = [read_key(keys.key_blocks[name]) - basis for name in names]
+    return from_blender(np.sum(moves, axis=0))
 
 
 def _reshape(
@@ -93,6 +100,7 @@ def _reshape(
     rig: FaceRig,
     identity: Mapping[str, float],
     offsets: NDArray | None,
+    fitted: Sequence[FittedKey],
 ) -> Steps[None]:
     """The units of `reshape_steps`."""
     check_identity(identity)
@@ -102,15 +110,18 @@ def _reshape(
         offsets = is_shape(offsets, (rig.n_vertices, 3), "offsets")
         if not np.isfinite(offsets).all():
             raise InputError("offsets must be finite numbers")
+        fitted = keys_kept_by(rig, fitted)
     _check_shape(face, rig, writes=offsets is not None)
     baked = not has_identity_keys(face)
     basis = read_key(face.data.shape_keys.reference_key)
     neutral = to_blender(rig.neutral(identity)) if baked else basis
     ours = _deltas(face, rig, identity) if baked else {}
     if offsets is not None:
-        ours[FITTED] = offsets
+        ours[FITTED] = offsets_at(offsets, fitted, {})
     theirs = _carried(face, neutral if baked else None, ours)
-    writes = _write(face, rig, identity, neutral, ours, theirs)
+    if offsets is not None:
+        theirs = {name: at for name, at in theirs.items() if name not in FITTED_REGIONS.values()}
+    writes = _write(face, rig, identity, neutral, ours, theirs, fitted)
     try:
         for _ in writes:
             if not BULK:
@@ -207,6 +218,7 @@ def _write(
     neutral: NDArray[np.float32],
     ours: Mapping[str, NDArray[np.float32]],
     theirs: Mapping[str, NDArray[np.float32]],
+    fitted: Sequence[FittedKey],
 ) -> Steps[None]:
     """Write what was computed, a key at a time. Keys are found by name: see `reshape_steps`."""
     if has_identity_keys(face):
@@ -216,8 +228,11 @@ def _write(
         write_places(face.data, neutral)
         write_key(face.data.shape_keys.reference_key, neutral)
     yield
-    if FITTED in ours and FITTED not in face.data.shape_keys.key_blocks:
-        add_fitted(face, neutral)
+    if FITTED in ours:
+        if FITTED not in face.data.shape_keys.key_blocks:
+            add_fitted(face, neutral, ours[FITTED], ())
+        replace_fitted(face, neutral, fitted)
+        yield
     for name, delta in ours.items():
         write_key(face.data.shape_keys.key_blocks[name], moved(neutral, delta))
         yield

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
-from facs_rig.blender.keys import FITTED, add_key, moved
+from facs_rig.blender.keys import add_key, moved
 from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
 from facs_rig.blender.pose import armature_of, refresh, rig_of
 from facs_rig.blender.steps import Steps
@@ -19,6 +19,7 @@ from facs_rig.blender.twin import discard, twin_of
 from facs_rig.bones import BONES, PARENTS, Skeleton, bone_weights
 from facs_rig.common.errors import InputError
 from facs_rig.controls import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY
+from facs_rig.fitted_keys import FITTED, FITTED_REGIONS
 from facs_rig.identity import IDENTITY_KEYS
 from facs_rig.looks import PLAIN, Finish
 from facs_rig.paint import MADE_OF, MATERIAL_NAMES, as_bytes, painted
@@ -102,7 +103,8 @@ def own_keys(face: bpy.types.Object, rig: FaceRig) -> list[bpy.types.ShapeKey]:
     keys = face.data.shape_keys
     if keys is None:
         return []
-    ours = {*(key.name for key in rig.keys), *IDENTITY_KEYS, *ARKIT_NAMES, FITTED}
+    fitted = (FITTED, *FITTED_REGIONS.values())
+    ours = {*(key.name for key in rig.keys), *IDENTITY_KEYS, *ARKIT_NAMES, *fitted}
     return [block for block in keys.key_blocks[1:] if block.name not in ours and not block.mute]
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from facs_rig import FaceParameters
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import pose_of, refresh, set_pose
+from facs_rig.fitted_keys import FittedKey
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
@@ -49,10 +50,16 @@ class Shape:
     known: threading.Event = field(default_factory=threading.Event)
     parameters: FaceParameters | None = None
     offsets: NDArray[np.float32] | None = None
+    keys: tuple[FittedKey, ...] = ()
 
-    def tell(self, parameters: FaceParameters, offsets: NDArray[np.float32]) -> None:
+    def tell(
+        self,
+        parameters: FaceParameters,
+        offsets: NDArray[np.float32],
+        keys: tuple[FittedKey, ...],
+    ) -> None:
         """It is known now."""
-        self.parameters, self.offsets = parameters, offsets
+        self.parameters, self.offsets, self.keys = parameters, offsets, keys
         self.known.set()
 
 
@@ -140,7 +147,7 @@ def new_face(context, holder) -> Steps:
         if shape.parameters is None:
             task.done.wait()
             task.result()  # raises what kept it from being known
-        return shape.parameters, shape.offsets
+        return shape.parameters, shape.offsets, shape.keys
 
     build = build_when(name, rig, known, **place)
     next(build)  # the bones, while no thread runs
@@ -196,7 +203,7 @@ def put_on(face, found: Found) -> Steps:
     fit, before = found.fit, pose_of(face)
     kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
     who = {**fit.parameters.identity, **kept}
-    reshape = reshape_steps(face, load_rig(), who, fit.offsets)
+    reshape = reshape_steps(face, load_rig(), who, fit.offsets, fit.keys)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look

@@ -9,7 +9,6 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from facs_rig import CONTROL_NAMES, FaceParameters, expressions, load_rig
-from facs_rig.blender.keys import FITTED
 from facs_rig.blender.pose import (
     check_face,
     key_pose,
@@ -19,6 +18,7 @@ from facs_rig.blender.pose import (
 )
 from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
+from facs_rig.fitted_keys import FITTED
 
 from ..messages import translation
 from ..messages.reporting import reported, say

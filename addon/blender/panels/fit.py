@@ -3,7 +3,7 @@
 import bpy
 
 from facs_rig import CONTROLS
-from facs_rig.blender.keys import FITTED
+from facs_rig.fitted_keys import FITTED
 from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation

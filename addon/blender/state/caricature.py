@@ -3,11 +3,11 @@
 import numpy as np
 
 from facs_rig import CONTROL_NAMES, FaceParameters, load_rig
-from facs_rig.blender.keys import FITTED
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
 from facs_rig.controls import MAX_INTENSITY
 from facs_rig.exaggeration import exaggerated
+from facs_rig.fitted_keys import FITTED
 from facs_rig.identity import BY_NAME
 
 # Custom properties of the object: how much is shown, and who was drawn.

@@ -16,10 +16,10 @@ from bpy.props import (
 from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
-from facs_rig.blender.keys import FITTED
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
+from facs_rig.fitted_keys import FITTED
 from facs_rig.folds import SEED
 
 from . import caricature, sources
