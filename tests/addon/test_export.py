@@ -15,9 +15,17 @@ from scipy.spatial import cKDTree
 
 from addon.export import file_to_core, key_folder, morph_targets, write_mesh
 from addon.gltf import STILL, UNTURNED
-from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FaceParameters, load_rig
+from facs_rig import (
+    ARKIT_NAMES,
+    CONTROL_NAMES,
+    CONTROLS,
+    FULL_INTENSITY,
+    FaceParameters,
+    load_rig,
+)
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError
+from facs_rig.fitted_keys import FITTED_REGIONS, FittedKey
 from facs_rig.levels import at_level
 from facs_rig.mesh import vertex_normals
 from tests.written import in_rig_order, points_of
@@ -147,6 +155,22 @@ def test_targets_of_a_face_at_rest():
     np.testing.assert_allclose(
         targets["smile"], load_rig().control_deltas[CONTROL_NAMES.index("smile")], atol=1e-7
     )
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_neutral_takes_what_goes_with_the_expression_and_actions_bring_it(offsets, names):
+    rig = load_rig()
+    (name, drawn), *_ = FACE.aus.items()
+    region = next(c.region for c in CONTROLS if c.name == name)
+    key = FittedKey(FITTED_REGIONS[region], 0.5 * offsets, {name: 1.0}, {name: drawn})
+    plain, own = (morph_targets(rig, FACE, names, fitted) for fitted in ((), (key,)))
+    turned = rig.turn_vectors(key.offsets, FACE)
+    assert apart(own["neutral"], plain["neutral"] - turned) < 1e-6
+    if names == "ours":
+        full = min(FULL_INTENSITY / drawn, 1.0)
+        assert apart(own[name], plain[name] + full * turned) < 1e-6
+    changed = {target for target in plain if apart(own[target], plain[target]) > 0}
+    assert changed == ({name, "neutral"} if names == "ours" else {"neutral"})
 
 
 @pytest.mark.parametrize("level", ["medium", "game"])
