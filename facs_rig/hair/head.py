@@ -150,8 +150,8 @@ def _unrolled(
     back = back.reshape(across.shape)
     turned = [np.where(azimuth[used] < 0, 2, 0), np.where(azimuth[used] > 0, -2, 0)]
     at = np.concatenate([azimuth, *(azimuth[used] + np.pi * turn for turn in turned)])
-    points = np.stack([at * AROUND / (2 * np.pi), np.concatenate([row, row[used], row[used]]),
-                       np.concatenate([distance, distance[used], distance[used]])], axis=1)  # fmt: skip
+    thrice = np.concatenate([np.arange(n), used, used])
+    points = np.stack([at * AROUND / (2 * np.pi), row[thrice], distance[thrice]], axis=1)
     laid = np.concatenate([triangles[~seam], back + n, back + n + len(used)])
     camera = Camera(AROUND, rows, (1.0, 1.0), (AROUND / 2 + 0.5, rows - 0.5))
     depth = rasterise(points, laid, camera).depth[::-1].T.astype(np.float64)
@@ -164,12 +164,11 @@ def _filled(table: NDArray) -> NDArray[np.float64]:
     position = np.arange(-AROUND, 2 * AROUND)
     for row in out.T:
         known = np.flatnonzero(np.isfinite(np.tile(row, 3)))
-        if AROUND * 3 > len(known) >= AROUND:  # at least a third: else it is no outline
-            row[:] = np.interp(position, position[known], np.tile(row, 3)[known])[
-                AROUND : 2 * AROUND
-            ]
-        elif len(known) < AROUND:
+        if len(known) < AROUND:  # less than a third is no outline
             row[:] = np.nan
+        else:
+            closed = np.interp(position, position[known], np.tile(row, 3)[known])
+            row[:] = closed[AROUND : 2 * AROUND]
     whole = np.flatnonzero(np.isfinite(out).all(axis=0))
     nearest = whole[np.abs(np.arange(out.shape[1])[:, None] - whole).argmin(axis=1)]
     return out[:, nearest]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..common.errors import InputError
 from .cut import ANGLES, Ball, Cut
+from .head import WIDEST
 
 STEPS = 9  # of the thickness, from the parting to the edge
 LYING = 0.0028  # metres of hair at an edge that lies on the skin
@@ -23,7 +24,7 @@ HAIRLINE: Points = (
     (145, -0.56), (180, -0.60),
 )  # fmt: skip
 RIM: Points = (
-    (0, 0.90), (40, 0.86), (55, 0.62), (64, 0.36), (70, 0.10), (76, -0.06), (82, 0.08), (88, 0.22),
+    (0, 0.985), (50, 0.97), (60, 0.80), (66, 0.48), (70, 0.16), (76, -0.06), (82, 0.08), (88, 0.22),
     (98, 0.26), (110, 0.16), (119, -0.12), (128, -0.40), (145, -0.52), (180, -0.55),
 )  # fmt: skip
 
@@ -50,23 +51,23 @@ class Preset:
 
 
 PRESETS: Mapping[str, Preset] = {
-    "bald_rim": Preset(RIM, (0.002, 0.003, 0.007, 0.008), colour=0.6),
+    "bald_rim": Preset(RIM, (0.003, 0.003, 0.008, 0.009), colour=0.6),
     "crop": Preset(HAIRLINE, (0.011, 0.013, 0.006, 0.007), colour=0.8),
-    "side_parting": Preset(HAIRLINE, (0.022, 0.019, 0.010, 0.011), part=22.0, colour=0.55),
+    "side_parting": Preset(HAIRLINE, (0.019, 0.019, 0.010, 0.011), part=24.0, colour=0.55),
     "bob": Preset(
         ((0, 0.55), (12, 0.52), (24, 0.44), (34, 0.26), (41, 0.02), (47, -0.30), (53, -0.68),
          (60, -0.86), (80, -0.86), (110, -0.82), (180, -0.74)),
-        (0.012, 0.016, 0.015, 0.017), (0.010, 0.012, -0.004), part=14.0, hangs=True, colour=0.85,
+        (0.012, 0.017, 0.015, 0.018), (0.004, 0.006, -0.020), part=14.0, hangs=True, colour=0.85,
     ),
     "long_straight": Preset(
         ((0, 0.59), (14, 0.55), (26, 0.46), (35, 0.26), (42, 0.0), (49, -0.5), (56, -1.2),
-         (64, -1.62), (90, -1.70), (130, -1.75), (180, -1.80)),
-        (0.010, 0.013, 0.013, 0.013), (0.014, 0.018, 0.004), part=0.0, hangs=True, colour=0.25,
+         (64, -1.55), (90, -1.72), (130, -1.86), (180, -1.95)),
+        (0.009, 0.012, 0.011, 0.013), (0.006, 0.004, -0.034), part=0.0, hangs=True, colour=0.25,
     ),
     "long_wavy": Preset(
         ((0, 0.57), (14, 0.53), (26, 0.44), (35, 0.22), (42, -0.05), (49, -0.5), (56, -1.1),
-         (64, -1.5), (90, -1.6), (130, -1.65), (180, -1.7)),
-        (0.015, 0.018, 0.021, 0.020), (0.024, 0.034, 0.014), part=16.0, hangs=True, wave=0.8,
+         (64, -1.4), (90, -1.6), (130, -1.74), (180, -1.82)),
+        (0.014, 0.018, 0.020, 0.020), (0.016, 0.022, -0.012), part=16.0, hangs=True, wave=0.8,
         colour=0.5,
     ),
     "curls": Preset(
@@ -79,25 +80,25 @@ PRESETS: Mapping[str, Preset] = {
         ((0, 0.58), (14, 0.58), (27, 0.54), (36, 0.46), (44, 0.34), (52, 0.22), (62, 0.08),
          (72, -0.06), (82, -0.12), (98, -0.12), (112, -0.2), (122, -0.35), (140, -0.52),
          (180, -0.58)),
-        (0.055, 0.062, 0.060, 0.062), curl=1.0, colour=1.0, lying=0.030,
+        (0.055, 0.062, 0.060, 0.062), curl=1.0, colour=0.92, lying=0.026,
     ),
     "bun": Preset(
         HAIRLINE, (0.005, 0.006, 0.004, 0.006), colour=0.9,
-        balls=((((180, 0.78, 0.004, 0.024), (180, 0.86, 0.030, 0.034), (180, 0.92, 0.056, 0.022)),
+        balls=((((180, 0.74, -0.006, 0.027), (180, 0.80, 0.016, 0.034), (180, 0.86, 0.040, 0.027)),
                 0),),
     ),
     "ponytail": Preset(
         HAIRLINE, (0.006, 0.008, 0.005, 0.007), colour=0.4,
-        balls=((((180, 0.62, -0.004, 0.012), (180, 0.66, 0.022, 0.014), (180, 0.55, 0.050, 0.022),
-                 (180, 0.10, 0.055, 0.027), (180, -0.5, 0.065, 0.024), (180, -1.15, 0.070, 0.008)),
+        balls=((((180, 0.58, -0.006, 0.013), (180, 0.63, 0.016, 0.015), (180, 0.50, 0.036, 0.024),
+                 (180, 0.05, 0.034, 0.030), (180, -0.5, 0.050, 0.026), (180, -1.2, 0.062, 0.009)),
                 0),),
     ),
     "braids": Preset(
         HAIRLINE, (0.006, 0.008, 0.006, 0.008), part=0.0, colour=0.3,
         balls=tuple(
-            (((side * 128, -0.28, -0.006, 0.013), (side * 112, -0.48, 0.020, 0.017),
-              (side * 86, -0.85, 0.040, 0.017), (side * 72, -1.3, 0.052, 0.015),
-              (side * 68, -1.75, 0.052, 0.010)), 3)
+            (((side * 138, -0.34, -0.010, 0.014), (side * 122, -0.52, 0.010, 0.017),
+              (side * 96, -0.80, 0.022, 0.018), (side * 78, -1.2, 0.030, 0.016),
+              (side * 74, -1.75, 0.032, 0.009)), 3)
             for side in (1, -1)
         ),
     ),
@@ -138,9 +139,12 @@ def _thickness(row: Preset) -> NDArray[np.float64]:
     below = _around(((0, front), (35, front), (80, side), (110, side), (180, behind)))[:, None]
     t = np.linspace(0, 1, STEPS)[None]
     body = top + (below - top) * np.clip(t / 0.55, 0, 1) ** 1.5
-    edge = np.full((len(ANGLES), 1), row.lying)
-    if row.hangs and row.tips is not None:
+    lying = np.clip((t - 0.5) / 0.5, 0, 1) ** 2.2
+    out = body + (row.lying - body) * lying
+    if row.tips is not None:
         front, side, behind = row.tips
-        edge = _around(((0, front), (50, front), (80, side), (110, side), (180, behind)))[:, None]
-    share = np.clip((t - 0.5) / 0.5, 0, 1) ** (1.4 if row.hangs else 2.2)
-    return body + (edge - body) * share
+        tips = _around(((0, front), (50, front), (80, side), (110, side), (180, behind)))[:, None]
+        falling = body + (tips - body) * np.clip((t - 0.4) / 0.6, 0, 1) ** 1.4
+        falls = np.clip((WIDEST - _around(row.edge)) / 0.2, 0, 1)[:, None]
+        out = out + (falling - out) * falls
+    return out

@@ -22,7 +22,7 @@ from .tails import tail
 COLUMNS, ROWS = 72, 20
 CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
-DEEP = (0.022, 0.007)  # metres between them where hair begins to fall, and at its tips
+DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
 GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
@@ -84,7 +84,7 @@ def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> 
         points[at] = sheet
     parts, faces, places, tails = [points], [quads], [uv], []
     for ball in cut.balls:
-        more, turned, on, ring = tail(head, ball)
+        more, turned, on, ring = tail(head, ball, 2 * max(columns // 9, 3))
         first = sum(map(len, parts))
         parts.append(more)
         faces.append(turned + first)

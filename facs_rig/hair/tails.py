@@ -8,15 +8,18 @@ from numpy.typing import NDArray
 from .cut import Ball
 from .head import Head
 
-RINGS, SIDES = 22, 16
-PLAITED = 0.55  # share of its radius that a braid loses between two crossings
-PITCH = 2.6  # length of a crossing in radii
+PLAITED = 0.45  # share of its radius that a braid loses between two strands
+PITCH = 1.7  # length of a crossing in radii
+SLANT = 1.0  # radians of a crossing by which its strand is lower in the middle than at the side
 
 
-def tail(head: Head, ball: Ball) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """A ball on a head: points (n, 3), quads (q, 4), uv (n, 2) and points by ring and side."""
-    centre, radius, length = _centre_line(head, ball)
-    rings, sides = len(centre), SIDES
+def tail(head: Head, ball: Ball, sides: int = 16) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """A ball on a head: points (n, 3), quads (q, 4), uv (n, 2) and points by ring and side.
+
+    sides : even
+    """
+    rings = (2 if ball.plait else 1) * sides * 4 // 3
+    centre, radius, length = _centre_line(head, ball, rings)
     ahead = np.gradient(centre, axis=0)
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     outward = _outward(head, centre, ahead)
@@ -26,9 +29,8 @@ def tail(head: Head, ball: Ball) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     if ball.plait:
         wide = _plaited(length, float(np.mean(radius)), turn)
     reach = radius[:, None] * wide
-    points = centre[:, None] + reach[..., None] * (
-        np.cos(turn)[None, :, None] * outward[:, None] + np.sin(turn)[None, :, None] * aside[:, None]
-    )
+    across = (np.cos(turn)[:, None] * outward[:, None] + np.sin(turn)[:, None] * aside[:, None])
+    points = centre[:, None] + reach[..., None] * across
     ring = np.arange(rings * sides).reshape(rings, sides)
     on = np.roll(ring, -1, axis=1)
     around = np.stack([ring[:-1], on[:-1], on[1:], ring[1:]], axis=-1).reshape(-1, 4)
@@ -41,7 +43,9 @@ def tail(head: Head, ball: Ball) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     return points.reshape(-1, 3), quads, uv.reshape(-1, 2), ring
 
 
-def _centre_line(head: Head, ball: Ball) -> tuple[NDArray, NDArray, NDArray]:
+def _centre_line(
+    head: Head, ball: Ball, rings: int
+) -> tuple[NDArray, NDArray, NDArray]:
     """(m, 3) places along the middle of a ball, its radius (m,) and length so far (m,), metres.
 
     The radius shrinks to nothing at both ends, as a ball's does.
@@ -53,13 +57,13 @@ def _centre_line(head: Head, ball: Ball) -> tuple[NDArray, NDArray, NDArray]:
     knots = np.stack([np.sin(azimuth) * far, metres, np.cos(azimuth) * far], axis=-1)
     knots += [head.eyes[0], head.eyes[1], head.middle[2]]
     t = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
-    fine = np.linspace(0, 1, 8 * RINGS)
+    fine = np.linspace(0, 1, 8 * rings)
     line = _through(t / max(t[-1], 1e-9), np.column_stack([knots, ball.radius]), fine)
     walked = np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1)
     length = np.concatenate([[0.0], np.cumsum(walked)])
-    ends = (1 - np.cos(np.linspace(0, np.pi, RINGS))) / 2
+    ends = (1 - np.cos(np.linspace(0, np.pi, rings))) / 2
     # Rings are closer at the ends, which are round; between them evenly.
-    want = length[-1] * (0.6 * np.linspace(0, 1, RINGS) + 0.4 * ends)
+    want = length[-1] * (0.6 * np.linspace(0, 1, rings) + 0.4 * ends)
     out = np.stack([np.interp(want, length, column) for column in line.T], axis=-1)
     radius = out[:, 3]
     near = np.minimum(want / (radius[0] + 1e-9), (want[-1] - want) / (radius[-1] + 1e-9))
@@ -90,8 +94,9 @@ def _outward(head: Head, centre: NDArray, ahead: NDArray) -> NDArray[np.float64]
 
 
 def _plaited(length: NDArray, radius: float, turn: NDArray) -> NDArray[np.float64]:
-    """(m, s) shares of the radius: strands bulge to the left and to the right by turns."""
-    phase = np.pi * length[:, None] / (PITCH * radius)
-    side = np.sin(turn)[None]
-    bulge = np.maximum(np.abs(np.sin(phase + np.pi / 4 * np.sign(side))), 0.0)
-    return 1 - PLAITED / 2 * (1 - bulge) * np.abs(side) ** 0.5 + 0.05 * np.cos(2 * turn)[None]
+    """(m, s) shares of the radius: strands bulge to the left and to the right by turns, and run
+    from the sides down to the middle."""
+    aside = np.sin(turn)[None]
+    phase = np.pi * length[:, None] / (PITCH * radius) - SLANT * np.abs(aside)
+    bulge = np.abs(np.sin(phase + np.pi / 2 * (aside > 0))) ** 0.7
+    return 1 - PLAITED * (1 - bulge) - 0.15 * np.cos(turn)[None] ** 2
