@@ -28,7 +28,8 @@ PEOPLE: Mapping[str, Mapping[str, float]] = {
               "neck_girth": -1.8, "ear_size": 1.6, "nose_length": -0.6},
 }  # fmt: skip
 GLOSS, NARROW = 0.9, 40.0  # strength of the strands' highlight, and how narrow it is
-TONES = 0.24  # how much lighter or darker locks are than the hair
+TONES = 0.20  # how much lighter or darker locks are than the hair
+STREAKS = 0.16  # and single hairs
 
 
 def heads_of_hair(
@@ -47,18 +48,24 @@ def heads_of_hair(
 
 
 def picture(
-    rig: FaceRig, identity: Mapping[str, float], cut: Cut, yaw: float, size: int, detail: float = 1.0
-) -> Picture:  # fmt: skip
-    """(size, size, 3) a person with a cut, turned by `yaw` degrees to its own left."""
+    rig: FaceRig,
+    identity: Mapping[str, float],
+    cut: Cut,
+    yaw: float,
+    size: int,
+    detail: float = 1.0,
+) -> Picture:
+    """(size, w, 3) a person with a cut, turned by `yaw` degrees to its own left."""
     under, locks = hair(rig, identity, cut, np.random.default_rng(1), detail)
     face = rig.neutral(identity)
-    parts = [(face, rig.triangles), (under.points, under.triangles), (locks.points, _both_sides(locks.triangles))]
-    normals = [vertex_normals(*part) for part in parts[:2]]
-    normals.append(vertex_normals(locks.points, locks.triangles))
+    parts = [(face, rig.triangles), (under.points, under.triangles)]
+    parts.append((locks.points, locks.triangles))
+    normals = [vertex_normals(*part) for part in parts]
+    parts[2] = (locks.points, np.concatenate([locks.triangles, locks.triangles[:, ::-1]]))
     palette = colours_of(dict(identity) | {"brow_colour": cut.colour})
     plain = np.array(palette["brows"].colour[:3])
     dark = np.full(len(under.points), 0.65)
-    dark[under.inner] = 0.25
+    dark[under.inner] = 0.15
     colours = [
         painted(rig).colours(palette)[:, :3],
         dark[:, None] * plain,
@@ -73,11 +80,11 @@ def picture(
     triangles = np.concatenate([t + n for (_, t), n in zip(parts, firsts, strict=False)])
     box = np.array([[-0.17, -0.20, 0], [0.17, 0.20, 0]])
     camera = Camera.framing(box, round(0.85 * size) * FINER, size * FINER, 0.0)
-    return _lit(points, triangles, camera, np.concatenate(colours), normal, strand)
-
-
-def _both_sides(triangles: NDArray) -> NDArray:
-    return np.concatenate([triangles, triangles[:, ::-1]])
+    owner = np.cumsum(locks.uv[:, 1] < np.roll(locks.uv[:, 1], 1))
+    hairs = [np.zeros(len(face)), 300 * under.uv[:, 0], 11 * owner + 9 * locks.uv[:, 0]]
+    return _lit(
+        points, triangles, camera, np.concatenate(colours), normal, strand, np.concatenate(hairs)
+    )
 
 
 def _strands(under) -> NDArray[np.float64]:
@@ -101,12 +108,13 @@ def _locks_ahead(locks) -> NDArray[np.float64]:
 
 def _lit(
     points: NDArray, triangles: NDArray, camera: Camera, colours: NDArray, normals: NDArray,
-    strands: NDArray,
+    strands: NDArray, hairs: NDArray,
 ) -> Picture:  # fmt: skip
     """A picture of a mesh with linear colours (n, 3) under two soft lamps.
 
-    Where `strands` (n, 3) are not 0, hair shines along them (Kajiya and Kay 1989, "Rendering Fur
-    with Three Dimensional Textures").
+    hairs : (n,) number of the single hair that lies there, which is lighter or darker. Where
+    `strands` (n, 3) are not 0, hair shines along them (Kajiya and Kay 1989, "Rendering Fur with
+    Three Dimensional Textures").
     """
     buffers = rasterise(points, triangles, camera)
     v, u = np.nonzero(buffers.triangle >= 0)
@@ -130,6 +138,10 @@ def _lit(
         across = np.sqrt(np.clip(1 - (unit(strand) @ half) ** 2, 0, 1))
         shine += strength * np.where(is_hair, across**NARROW, 0) * facing**0.5
     linear = at_pixels(colours)
+    tones = np.random.default_rng(0).normal(0, STREAKS, 997)
+    number = at_pixels(hairs[:, None])[:, 0]
+    streak = np.interp(number % 996, np.arange(997), tones)
+    linear = linear * np.exp(np.where(is_hair, streak, 0))[:, None]
     linear = linear * np.clip(light, 0, 1.1)[:, None]
     linear += GLOSS * shine[:, None] * (0.25 * at_pixels(colours) + 0.02)
     image = np.full((camera.height, camera.width, 3), float(PAPER))

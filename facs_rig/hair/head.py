@@ -135,6 +135,9 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     covered = np.fmax(_unrolled(azimuth, rays, far, whole, STEEP), skull)
     hull = maximum_filter1d(_softly_over(ears), 2 * FALLS_CLEAR + 1, axis=1, mode="nearest")
     hull = np.maximum(gaussian_filter1d(hull, FALLS_CLEAR / 2, axis=1, mode="nearest"), ears)
+    # Below the chin hair rests on the neck and goes on down: shoulders are not there to hold it.
+    chin = round(below / step)
+    hull[:, : chin + 1] = np.maximum.accumulate(hull[:, chin::-1], axis=1)[:, ::-1]
     return Head(eyes, middle, above, below, skull, _softly_over(covered), axis, hull)
 
 

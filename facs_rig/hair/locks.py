@@ -20,10 +20,10 @@ from .shell import Shell, shell
 FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
 COARSE, FINE = (36, 11), (72, 20)  # columns and rows of the shell from detail 0 to FINE_FROM
 FINE_FROM = 0.4
-LENGTH = 0.13  # metres of a straight lock; curls are shorter
+LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls are shorter
 SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
-BEYOND = (0.0025, 0.018)  # metres that tips reach beyond the edge where hair lies, and where it falls
+BEYOND = (0.001, 0.018)  # metres that tips reach beyond the edge of hair that lies, that falls
 PITCH, WAVELENGTH = 0.019, 0.055  # metres of a turn of a curl, and of a wave
 
 
@@ -72,7 +72,7 @@ def locks(
     cut: Cut,
     rng: np.random.Generator,
     triangles: int = 8_000,
-    width: float = 0.011,
+    width: float = 0.010,
     field: NDArray | None = None,
 ) -> Locks:
     """Locks on a shell, as many as there is room for.
@@ -131,7 +131,7 @@ def _ribbons(
     metres = np.maximum(metres, 5e-4)
     root = np.cumsum(metres[..., 1], axis=1) - metres[:, :1, 1]
 
-    length = LENGTH * (1 - 0.6 * cut.curl) * rng.uniform(0.6, 1.2, count)
+    length = LENGTH[int(cut.hangs)] * (1 - 0.7 * cut.curl) * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
     beyond = rng.uniform(0, BEYOND[int(cut.hangs)], count)
     step = length / segments
@@ -142,7 +142,7 @@ def _ribbons(
         way = way + np.stack([lean, 0 * lean], axis=-1)
         way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         size = _at(metres, place)
-        ends = (rows - 1) + beyond / size[:, 1]
+        ends = (rows - 1) + np.minimum(beyond / size[:, 1], 2.0)
         place = place + step[:, None] * way / size
         place[:, 1] = np.clip(place[:, 1], 0, ends)
     middle, up = _at(grid, path), _at(normal, path)
@@ -153,11 +153,11 @@ def _ribbons(
     aside = np.cross(ahead, up)
     aside /= np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
     t = np.linspace(0, 1, segments + 1)
-    taper = np.minimum(np.clip(0.25 + 3.5 * t, 0, 1), (1 - t**2.5) + 0.04)
+    taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
     wide = width * (1 - 0.45 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
     sides = (np.array([-0.5, 0.0, 0.5]) * wide[..., None])[..., None] * aside[:, :, None]
     low, high = RAISED
-    ridge = high * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(0.2 + 4 * t, 0, 1)
+    ridge = high * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(2.5 * t, 0, 1)
     height = np.stack([0 * ridge + low, low + ridge, 0 * ridge + low], axis=-1)
     points = middle[:, :, None] + sides + height[..., None] * up[:, :, None]
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)

@@ -84,7 +84,7 @@ PRESETS: Mapping[str, Preset] = {
     ),
     "bun": Preset(
         HAIRLINE, (0.005, 0.006, 0.004, 0.006), colour=0.9,
-        balls=((((180, 0.74, -0.006, 0.027), (180, 0.80, 0.016, 0.034), (180, 0.86, 0.040, 0.027)),
+        balls=((((180, 0.66, -0.014, 0.026), (180, 0.79, 0.014, 0.031), (180, 0.91, 0.052, 0.026)),
                 0),),
     ),
     "ponytail": Preset(
@@ -139,7 +139,7 @@ def _thickness(row: Preset) -> NDArray[np.float64]:
     below = _around(((0, front), (35, front), (80, side), (110, side), (180, behind)))[:, None]
     t = np.linspace(0, 1, STEPS)[None]
     body = top + (below - top) * np.clip(t / 0.55, 0, 1) ** 1.5
-    lying = np.clip((t - 0.5) / 0.5, 0, 1) ** 2.2
+    lying = np.clip((t - 0.5) / 0.5, 0, 1) ** 1.8
     out = body + (row.lying - body) * lying
     if row.tips is not None:
         front, side, behind = row.tips

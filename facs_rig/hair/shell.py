@@ -231,7 +231,7 @@ def _covers(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
     sides = [np.clip((edge_heights(cut, s * ear).max() - begins) / (ends - begins), 0, 1)
              for s in (1, -1)]  # fmt: skip
     turn = (azimuth + np.pi) % (2 * np.pi) - np.pi
-    return np.where(turn > 0, *sides)
+    return np.where(turn > 0, sides[0], sides[1])
 
 
 def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArray[np.float64]:

@@ -23,20 +23,20 @@ def tail(head: Head, ball: Ball, sides: int = 16) -> tuple[NDArray, NDArray, NDA
     ahead = np.gradient(centre, axis=0)
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     outward = _outward(head, centre, ahead)
-    aside = np.cross(ahead, outward)
+    aside = np.cross(outward, ahead)
     turn = 2 * np.pi * np.arange(sides) / sides
     wide = np.ones((rings, sides))
     if ball.plait:
         wide = _plaited(length, float(np.mean(radius)), turn)
     reach = radius[:, None] * wide
-    across = (np.cos(turn)[:, None] * outward[:, None] + np.sin(turn)[:, None] * aside[:, None])
+    across = np.cos(turn)[:, None] * outward[:, None] + np.sin(turn)[:, None] * aside[:, None]
     points = centre[:, None] + reach[..., None] * across
     ring = np.arange(rings * sides).reshape(rings, sides)
     on = np.roll(ring, -1, axis=1)
-    around = np.stack([ring[:-1], on[:-1], on[1:], ring[1:]], axis=-1).reshape(-1, 4)
+    around = np.stack([ring[:-1], ring[1:], on[1:], on[:-1]], axis=-1).reshape(-1, 4)
     # An end is closed by zipping its ring: side k to side -1 - k.
     zipped = np.arange(sides // 2 - 1)
-    cap = np.stack([zipped, sides - 1 - zipped, sides - 2 - zipped, zipped + 1], axis=-1)
+    cap = np.stack([zipped, zipped + 1, sides - 2 - zipped, sides - 1 - zipped], axis=-1)
     quads = np.concatenate([around, ring[0][cap], ring[-1][cap][:, ::-1]])
     u = 1 - np.abs(1 - turn / np.pi)
     uv = np.stack(np.broadcast_arrays(u[None], (length / length[-1])[:, None]), axis=-1)
