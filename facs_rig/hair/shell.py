@@ -1,0 +1,270 @@
+"""The closed, light surface of a head of hair on a person.
+
+Its columns run from the parting, or the whorl, to the edge: over the skull in great circles, and
+where hair falls down from where the head is widest. An outer sheet carries the hair's look, a
+second one lies a little off the skin, and a rim joins them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rig import FaceRig
+from .cut import ANGLES, AZIMUTHS, Cut
+from .head import Head, head_of
+from .tails import tail
+
+COLUMNS, ROWS = 72, 20
+CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
+LEAST = 0.0008  # metres between the two sheets
+DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
+DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
+GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
+WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
+EARS = (-0.02, -0.16)  # heights between which an edge at the ear begins to cover it
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A head of hair as a mesh, upright in the frame of the rig.
+
+    points : (n, 3) float32, metres
+    quads : (q, 4) int32, each turned outwards
+    uv : (n, 2) float32, 0..1: u around the head from front to back, alike on both sides (around
+        a tail), v along the strands from the parting to the edge
+    outer, inner : (columns, rows) int32, points of the two sheets from the parting to the edge,
+        column 0 in front, then to the face's own left; at the parting both sides have the same
+    azimuth : (columns,) radians at which each column ends, 0 to 2 pi
+    tails : (rings, sides) int32, points of each of the cut's balls, along it and around it
+    """
+
+    points: NDArray[np.float32]
+    quads: NDArray[np.int32]
+    uv: NDArray[np.float32]
+    outer: NDArray[np.int32]
+    inner: NDArray[np.int32]
+    azimuth: NDArray[np.float64]
+    tails: tuple[NDArray[np.int32], ...] = ()
+
+    @property
+    def triangles(self) -> NDArray[np.int32]:
+        """(2 q, 3) the halves of the quads."""
+        return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
+
+
+def shell(
+    rig: FaceRig,
+    identity: Mapping[str, float] | None,
+    cut: Cut,
+    columns: int = COLUMNS,
+    rows: int = ROWS,
+) -> Shell:
+    """The hair of a person; see `shell_on`."""
+    return shell_on(head_of(rig, identity), cut, columns, rows)
+
+
+def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> Shell:
+    """The surface of a cut on a head.
+
+    columns : even;  rows : of each sheet, from the parting to the edge
+    """
+    azimuth = _azimuths(head, cut, columns)
+    share = np.linspace(0, 1, rows)
+    ways, drop, along = _paths(head, cut, azimuth, share)
+    outer, inner = _sheets(head, cut, azimuth, share, ways, drop, along)
+    outer_at, inner_at, quads, uv = _layout(columns, rows)
+    points = np.empty((len(uv), 3))
+    for sheet, at in ((outer, outer_at), (inner, inner_at)):
+        sheet[:, 0] = (sheet[:, 0] + sheet[-np.arange(columns), 0]) / 2
+        points[at] = sheet
+    parts, faces, places, tails = [points], [quads], [uv], []
+    for ball in cut.balls:
+        more, turned, on, ring = tail(head, ball, 2 * max(columns // 9, 3))
+        first = sum(map(len, parts))
+        parts.append(more)
+        faces.append(turned + first)
+        places.append(on)
+        tails.append((ring + first).astype(np.int32))
+    return Shell(
+        np.concatenate(parts).astype(np.float32), np.concatenate(faces).astype(np.int32),
+        np.concatenate(places).astype(np.float32), outer_at, inner_at, azimuth, tuple(tails),
+    )  # fmt: skip
+
+
+def edge_heights(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
+    """(...) heights of a cut's edge at azimuths in radians."""
+    return np.interp(azimuth, ANGLES, cut.edge, period=2 * np.pi)
+
+
+def _azimuths(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
+    """(columns,) where columns end: closer together where the edge is steep.
+
+    One ends in front and one behind, so that a cut alike on both sides has a shell alike on both.
+    """
+    fine = np.linspace(0, np.pi, 4 * AZIMUTHS + 1)
+    sides = []
+    for turn in (1.0, -1.0):
+        edge = head.metres(edge_heights(cut, turn * fine))
+        width = head.middle[1] - head.eyes[1] + head.above / 2  # metres, about the head's radius
+        slope = np.abs(np.diff(edge)) / (width * np.diff(fine))
+        density = (1 - DENSER) + DENSER * np.sqrt(1 + slope**2)
+        length = np.concatenate([[0.0], np.cumsum(density)])
+        sides.append(np.interp(np.linspace(0, length[-1], columns // 2 + 1), length, fine))
+    left, right = sides
+    return np.concatenate([left, 2 * np.pi - right[-2:0:-1]])
+
+
+def _paths(
+    head: Head, cut: Cut, azimuth: NDArray, share: NDArray
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Unit ways from the head's middle (c, r, 3), metres fallen and metres from the root (c, r)."""
+    widest = head.middle[1] - head.eyes[1]
+    edge = head.metres(edge_heights(cut, azimuth))
+    low = head.metres(np.array(-1.6))  # what goes deeper without falling would leave the neck
+    falls = cut.hangs & (edge < widest)
+    at = np.where(falls, widest, np.maximum(edge, low))
+    far = head.levels(head.axis, azimuth, at)
+    ends = np.stack([np.sin(azimuth) * far, at - widest, np.cos(azimuth) * far], axis=-1)
+    ends /= np.linalg.norm(ends, axis=-1, keepdims=True)
+    starts = _starts(head, cut, len(azimuth))
+    turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
+    turn = np.maximum(turn, 1e-3)
+    size = head.above - widest
+    arc, fall = turn * size * 1.15, np.where(falls, widest - edge, 0.0)
+    along = share * (arc + fall)[:, None]
+    t = np.clip(along / arc[:, None], 0, 1) * turn[:, None]
+    ways = (np.sin(turn[:, None] - t)[..., None] * starts[:, None]
+            + np.sin(t)[..., None] * ends[:, None]) / np.sin(turn)[:, None, None]  # fmt: skip
+    return ways, np.maximum(along - arc[:, None], 0), along
+
+
+def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
+    """(c, 3) unit ways from the head's middle to where the columns begin, the same on both sides:
+    along a parting from the hairline to the crown, or a short one on the crown."""
+    k = np.arange(columns)
+    t = np.minimum(k, columns - k) / (columns // 2)
+    if cut.part is None:
+        up, half = WHORL
+        if cut.balls and cut.balls[0].line[0, 1] > 0:  # hair runs to where it is gathered
+            up = _elevation(head, cut.balls[0].line[0])
+        tilt = up + half * (2 * t - 1)  # from behind
+        return np.stack([0 * t, np.sin(tilt), -np.cos(tilt)], axis=-1)
+    lean = cut.part
+    height = max(float(edge_heights(cut, np.array(lean))), 0.56)
+    front = _way(head, lean * 0.9, height)
+    front = front + 0.10 * np.array([0, 1, 0])
+    crown = np.array([0.35 * np.sin(lean), np.sin(WHORL[0]), -np.cos(WHORL[0])])
+    middle = np.array([0.95 * np.sin(lean), 1.0, 0.25])
+    t = (1 - (1 - t) ** 1.5)[:, None]
+    ways = (1 - t) ** 2 * front + 2 * t * (1 - t) * middle + t**2 * crown
+    return ways / np.linalg.norm(ways, axis=1, keepdims=True)
+
+
+def _way(head: Head, azimuth: float, height: float) -> NDArray[np.float64]:
+    """(3,) unit way from the head's middle to the skin at an azimuth and a height."""
+    metres = head.metres(np.array(height))
+    far = head.levels(head.axis, np.array(azimuth), metres)
+    up = metres - (head.middle[1] - head.eyes[1])
+    out = np.array([np.sin(azimuth) * far, up, np.cos(azimuth) * far])
+    return out / np.linalg.norm(out)
+
+
+def _elevation(head: Head, place: NDArray) -> float:
+    """Elevation, seen from the head's middle and from behind, of a place of a ball's line."""
+    way = _way(head, float(place[0]), min(float(place[1]), 0.97))
+    return float(np.arctan2(way[1], -way[2]))
+
+
+def _sheets(
+    head: Head, cut: Cut, azimuth: NDArray, share: NDArray, ways: NDArray, drop: NDArray,
+    along: NDArray,
+) -> tuple[NDArray, NDArray]:  # fmt: skip
+    """(c, r, 3) metres, the outer and the inner sheet."""
+    widest = head.middle[1] - head.eyes[1]
+    thick = _thickness(cut, azimuth, share)
+    if cut.part is not None:
+        least, reach = GROOVE
+        thick = thick * (least + (1 - least) * np.clip(along / reach, 0, 1) ** 0.5)
+    covers = _covers(cut, azimuth)[:, None]
+    skin = head.rays(head.skull, ways)
+    skin = skin + covers * (head.rays(head.covered, ways) - skin)
+    relief = _relief(cut, azimuth, share, along)
+    hangs = drop > 0
+    kept = np.where(hangs, 0.0, skin + CLEAR)
+    stand = np.maximum(skin + thick, kept + LEAST)
+    # What falls keeps off head and ears, and ends where its own thickness is.
+    around = np.arctan2(ways[..., 0], ways[..., 2])
+    past = head.levels(head.hull, around, widest - drop) + 2 * CLEAR
+    inside = np.where(hangs, past, kept)
+    outside = np.where(hangs, np.maximum(stand, past + LEAST), stand)
+    t = np.clip(drop / 0.12, 0, 1)
+    deep = DEEP[0] + (DEEP[1] - DEEP[0]) * t
+    gap = np.minimum(deep, np.maximum(outside - inside, LEAST))
+    inside = np.where(hangs, outside - gap, inside)
+    outside = np.maximum(outside + relief, inside + LEAST)
+    fallen = np.stack([0 * drop, -drop, 0 * drop], axis=-1)
+    origin = head.middle + fallen
+    return origin + outside[..., None] * ways, origin + inside[..., None] * ways
+
+
+def _thickness(cut: Cut, azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
+    """(c, r) metres of a cut's thickness between its azimuths and steps."""
+    column = azimuth * AZIMUTHS / (2 * np.pi)
+    left = np.floor(column).astype(np.intp)
+    across = (column - left)[:, None]
+    rows = (1 - across) * cut.thick[left % AZIMUTHS] + across * cut.thick[(left + 1) % AZIMUTHS]
+    place = share * (cut.thick.shape[1] - 1)
+    low = np.minimum(place.astype(np.intp), cut.thick.shape[1] - 2)
+    up = place - low
+    return rows[:, low] * (1 - up) + rows[:, low + 1] * up
+
+
+def _covers(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
+    """(c,) how far the hair at an azimuth goes over the ear there rather than around it."""
+    begins, ends = EARS
+    ear = np.linspace(np.radians(85), np.radians(100), 4)
+    sides = [np.clip((edge_heights(cut, s * ear).max() - begins) / (ends - begins), 0, 1)
+             for s in (1, -1)]  # fmt: skip
+    turn = (azimuth + np.pi) % (2 * np.pi) - np.pi
+    return np.where(turn > 0, sides[0], sides[1])
+
+
+def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArray[np.float64]:
+    """(c, r) metres by which waves and curls raise the surface, alike on both sides."""
+    rising = np.clip(along / 0.06, 0, 1)
+    wave = 0.0045 * cut.wave * np.sin(2 * np.pi * along / 0.055 + 2 * np.cos(3 * azimuth)[:, None])
+    bumps = np.cos(13 * azimuth)[:, None] * np.cos(2 * np.pi * along / 0.03)
+    bumps = bumps + 0.6 * np.cos(2 * np.pi * along / 0.021 + 7 * np.cos(5 * azimuth)[:, None])
+    return rising * (wave + 0.003 * cut.curl * bumps)
+
+
+@lru_cache(maxsize=8)
+def _layout(columns: int, rows: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Points of both sheets (c, r), quads (q, 4) and uv (n, 2), the same for every cut.
+
+    The first row is the parting, whose points column k and column -k share.
+    """
+    k = np.arange(columns)
+    half = columns // 2 + 1
+    sheet = np.empty((columns, rows), dtype=np.int32)
+    sheet[:, 0] = np.minimum(k, columns - k)
+    sheet[:, 1:] = half + np.arange(columns * (rows - 1)).reshape(columns, rows - 1)
+    count = half + columns * (rows - 1)
+    ahead = np.roll(sheet, -1, axis=0)
+    out = np.stack([sheet[:, :-1], sheet[:, 1:], ahead[:, 1:], ahead[:, :-1]], axis=-1)
+    back = (out + count)[..., ::-1]
+    rim = np.stack([sheet[:, -1], sheet[:, -1] + count, ahead[:, -1] + count, ahead[:, -1]], -1)
+    quads = np.concatenate([out.reshape(-1, 4), back.reshape(-1, 4), rim]).astype(np.int32)
+    uv = np.empty((2 * count, 2))
+    u = 2 * np.minimum(k, columns - k) / columns
+    for at in (sheet, sheet + count):
+        uv[at, 0], uv[at, 1] = u[:, None], np.linspace(0, 1, rows)
+    inner = sheet + np.int32(count)
+    for array in (sheet, inner, quads, uv):
+        array.flags.writeable = False
+    return sheet, inner, quads, uv

@@ -1,0 +1,134 @@
+"""How hair is drawn: how dark, with which strokes, which way these run, and where it is parted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from skimage.feature import structure_tensor
+
+__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of"]
+
+TEXTURES = ("black", "outline", "strands", "curls", "stubble")
+
+NEAR = 0.022
+"""Heads around a place within which strokes say together where they run."""
+RIM = 0.025
+"""Heads at the edge of a region that its outline may take."""
+FULL = 0.75
+"""Mean ink of hair that is as dark as it gets."""
+SOLID, BLACK = 0.018, 0.45
+"""Half the width in heads from which on ink is an area, and the share of the inside that is one."""
+EMPTY = 0.07
+"""Mean ink of an inside in which there is nothing but a few lines."""
+AIMLESS = 0.42
+"""Mean coherence below which strokes run every way."""
+SPECKS, SPECK = 0.5, 0.035
+"""Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
+REACH = 0.28
+"""Heads to either side of a parting that say whether it is one."""
+PARTED = 0.45
+"""Of all strokes beside a parting, weighed by how much they lean, the least surplus of those that
+lean away from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strokes:
+    """Where the strokes of hair run, by cells.
+
+    along : (h, w, 2) float, unit vectors, right and down, either way
+    coherence : (h, w) 0..1, how much they agree; 0 outside the hair and where nothing is drawn
+    """
+
+    along: NDArray[np.float64]
+    coherence: NDArray[np.float64]
+
+
+def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
+    """The way of the strokes in a region (h, w) bool of a picture (h, w), 1 is ink.
+
+    rows : cells to a head
+
+    By the structure tensor (Bigün & Granlund 1987, "Optimal orientation detection of linear
+    symmetry", ICCV), as scikit-image has it.
+    """
+    along = np.zeros((*ink.shape, 2))
+    along[..., 1] = 1.0
+    coherence = np.zeros(ink.shape)
+    if not region.any():
+        return Strokes(along, coherence)
+    part = tuple(
+        slice(max(at.start - 8, 0), at.stop + 8) for at in ndimage.find_objects(region)[0]
+    )
+    soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
+    down, across, right = structure_tensor(soft, sigma=NEAR * rows, order="rc")
+    # Strokes run across the direction in which ink changes most.
+    turn = 0.5 * np.arctan2(2 * across, right - down) + np.pi / 2
+    total = right + down
+    spread = np.hypot(right - down, 2 * across)
+    along[part] = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    clear = total > 1e-4
+    coherence[part] = np.where(clear & region[part], spread / np.maximum(total, 1e-9), 0.0)
+    return Strokes(along, coherence)
+
+
+def tone_of(ink: NDArray, region: NDArray) -> float:
+    """How dark a region is drawn, 0 to 1."""
+    return float(np.clip(ink[region].mean() / FULL, 0, 1)) if region.any() else 0.0
+
+
+def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> str:
+    """Which of TEXTURES a region is drawn with, "" where it is empty."""
+    if not region.any():
+        return ""
+    depth = ndimage.distance_transform_edt(region)
+    inside = depth > min(RIM * rows, 0.4 * depth.max())
+    dark = ink > 0.4
+    core = ndimage.distance_transform_edt(dark) > SOLID * rows
+    solid = ndimage.distance_transform_edt(~core) <= SOLID * rows
+    if solid[inside].mean() > BLACK:
+        return "black"
+    if ink[inside].mean() < EMPTY:
+        return "outline"
+    label, count = ndimage.label(dark & region, np.ones((3, 3)))
+    if count > 12:
+        length = [max(a.stop - a.start, b.stop - b.start) for a, b in ndimage.find_objects(label)]
+        if np.mean(np.array(length) < SPECK * rows) > SPECKS and ink[inside].mean() < 0.25:
+            return "stubble"
+    weight = strokes.coherence * (ndimage.gaussian_filter(ink.astype(float), 1.5) > 0.04)
+    drawn = inside & (weight > 0)
+    if drawn.any() and strokes.coherence[drawn].mean() < AIMLESS:
+        return "curls"
+    return "strands"
+
+
+def parting(
+    strokes: Strokes, region: NDArray, face: NDArray, rows: int
+) -> NDArray[np.float64] | None:
+    """(2,) column and row where a parting meets the forehead, None where none is drawn.
+
+    Beside a parting strokes run down and away from it; combed back they run up and away.
+    face : (h, w) bool
+    """
+    columns = np.flatnonzero(face.any(axis=0))
+    if not len(columns) or not region.any():
+        return None
+    brow = int(np.argmax(face.any(axis=1))) + int(0.1 * rows)
+    above = region & (np.arange(len(region))[:, None] < brow)
+    lean = 2 * strokes.along[..., 0] * strokes.along[..., 1] * strokes.coherence
+    sum_ = np.concatenate([[0.0], np.cumsum((lean * above).sum(axis=0))])
+    much = np.concatenate([[0.0], np.cumsum((np.abs(lean) * above).sum(axis=0))])
+    k, last = np.arange(columns[0], columns[-1] + 1), region.shape[1]
+    low, high = np.maximum(k - int(REACH * rows), 0), np.minimum(k + int(REACH * rows), last)
+    right, left = sum_[high] - sum_[k], sum_[k] - sum_[low]
+    both = np.minimum(much[high] - much[k], much[k] - much[low])
+    surplus = (right - left) / np.maximum(much[high] - much[low], 1e-9)
+    surplus = np.where(both > 0.15 * (much[high] - much[low]), surplus, -1.0)
+    best = int(surplus.argmax())
+    if surplus[best] < PARTED or (right[best] < 0) or (left[best] > 0):
+        return None
+    column = int(k[best])
+    hair = np.flatnonzero(above[:, column])
+    return np.array([column, hair[-1] if len(hair) else brow], float)
