@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from PIL import Image
 
+from addon.hair_light import hair_light
 from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
 from facs_rig.mesh import vertex_normals
 from facs_rig.paint import MATERIAL_NAMES, materials_at, srgb
@@ -37,15 +40,16 @@ def panels(
     aside: NDArray,
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
+    hair: HairMesh | None = None,
 ) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and the like in grey, it
-    in three quarters, its lines over the sketch.
+    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with its hair (or what is drawn of hair
+    and the like in grey), it in three quarters, its lines over the sketch.
 
     drawing : (h, w) float, 1 is paper;  fitted, aside : (n, 3) metres, turned as it is drawn and as
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(fitted, camera)
+    camera, box = _close_up(fitted if hair is None else _with(fitted, hair), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -57,10 +61,19 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    skin = paint(rig, fitted, camera, identity)
-    face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
-    other = paint(rig, aside, _beside(aside, camera), identity)
+    if hair is None:
+        skin = paint(rig, fitted, camera, identity)
+        face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
+        other = paint(rig, aside, _beside(aside, camera), identity)
+    else:
+        face = paint(rig, fitted, camera, identity, hair)
+        other = paint(rig, aside, _beside(_with(aside, hair), camera), identity, hair)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
+
+
+def _with(vertices: NDArray, hair: HairMesh) -> NDArray:
+    """The points of a posed face and of its hair."""
+    return np.concatenate([vertices, hair.on(vertices)])
 
 
 def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -90,37 +103,76 @@ def _beside(vertices: NDArray, camera: Camera) -> Camera:
 
 
 def paint(
-    rig: FaceRig, vertices: NDArray, camera: Camera, identity: dict[str, float] | None = None
+    rig: FaceRig,
+    vertices: NDArray,
+    camera: Camera,
+    identity: dict[str, float] | None = None,
+    hair: HairMesh | None = None,
 ) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps."""
+    """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
+
+    hair : it wears this
+    """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
     )
-    buffers = rasterise(vertices, rig.triangles, fine)
-    v, u = np.nonzero(buffers.triangle >= 0)
-    owner = buffers.triangle[v, u]
-    weights = barycentric(vertices, rig.triangles, fine, owner, u + 0.5, v + 0.5)
-
-    def at_pixels(values: NDArray) -> NDArray:
-        corners = zip(weights.T, rig.triangles[owner].T, strict=True)
-        return sum(weight[:, None] * values[corner] for weight, corner in corners)
-
-    normals = at_pixels(vertex_normals(vertices, rig.triangles, rig.corners))
-    x, y, z = normals.T
-    normals /= np.maximum(np.sqrt(x * x + y * y + z * z), 1e-9)[:, None]
-    light = np.full(len(normals), AMBIENT)
+    picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
+    points, triangles = vertices, rig.triangles
+    if hair is not None:
+        over = hair.on(vertices)
+        points = np.concatenate([vertices, over])
+        triangles = np.concatenate([rig.triangles, hair.triangles + len(vertices)])
+    buffers = rasterise(points, triangles, fine)
+    seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
+    light = np.full(len(seen.owner), AMBIENT)
+    normals = seen.normals(rig.corners)
     for direction, strength in LAMPS:
         toward = np.array(direction) / np.linalg.norm(direction)
         light += strength * np.clip(normals @ toward, 0, 1)
     # Brows and irises are looked up where the pixel lies on the default face: crisp at any size.
-    material = materials_at(rig, at_pixels(rig.neutral()), rig.triangle_part[owner])
+    material = materials_at(rig, seen.at(rig.neutral()), rig.triangle_part[seen.owner])
     palette = colours_of(identity or {})
     linear = np.array([palette[name].colour[:3] for name in MATERIAL_NAMES])
-    picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    picture[v, u] = 255 * srgb(linear[material] * np.clip(light, 0, 1.1)[:, None])
+    picture[seen.rows, seen.columns] = 255 * srgb(
+        linear[material] * np.clip(light, 0, 1.1)[:, None]
+    )
+    if hair is not None:
+        seen = _Seen(over, hair.triangles, fine, buffers.triangle, len(rig.triangles))
+        linear = hair_light(hair, over, seen.normals(), seen.at, LAMPS, AMBIENT)
+        picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
     return np.clip(mean, 0, 255).astype(np.uint8)
+
+
+class _Seen:
+    """The pixels that show one mesh of several that were rasterised together.
+
+    shown : (h, w) numbers of triangles over all meshes      first : where this one's begin
+    rows, columns : (k,) its pixels      owner : (k,) which of its triangles each shows
+    """
+
+    def __init__(
+        self, points: NDArray, triangles: NDArray, camera: Camera, shown: NDArray, first: int
+    ) -> None:
+        self._points, self._triangles = points, triangles
+        mine = (shown >= first) & (shown < first + len(triangles))
+        self.rows, self.columns = np.nonzero(mine)
+        self.owner = shown[self.rows, self.columns] - first
+        u, v = self.columns + 0.5, self.rows + 0.5
+        self._weights = barycentric(points, triangles, camera, self.owner, u, v)
+
+    def at(self, values: NDArray) -> NDArray:
+        """(k, c) values (n, c) of the mesh's vertices at the pixels."""
+        corners = zip(self._weights.T, self._triangles[self.owner].T, strict=True)
+        return sum(weight[:, None] * values[corner] for weight, corner in corners)
+
+    def normals(self, corners: sp.csr_matrix | None = None) -> NDArray:
+        """(k, 3) unit; corners : see `vertex_normals`"""
+        normals = self.at(vertex_normals(self._points, self._triangles, corners))
+        x, y, z = normals.T
+        normals /= np.maximum(np.sqrt(x * x + y * y + z * z), 1e-9)[:, None]
+        return normals
 
 
 def _close_up(
