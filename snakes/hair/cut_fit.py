@@ -9,11 +9,11 @@ again a few times, as one registers surfaces by their outlines.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
@@ -40,8 +40,18 @@ THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
 HUNG = -0.42
 """Height below which hair at the sides hangs: the mouth's."""
-BESIDE = 0.055
-"""Metres beside the head's axis where what hangs is no beard and no collar."""
+NAPE, BELOW = np.radians(25), 0.15
+"""Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
+ends that hangs."""
+GAP, SIDES = 9, np.radians(50)
+"""Azimuths side by side at which hair that hangs has no gap, and radians from the front from which
+on that is so."""
+TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
+"""Radians from the front between which falling hair grows as thick as it is at the sides, and the
+share of it that it has before: it lies on the cheeks."""
+BARE, HAIRY = 0.86, 0.75
+"""Height of an edge above which nothing is hair, and below which the usual edge in front is where
+that is taken for a gap in what was seen."""
 HIGHEST = 0.93
 """Of an edge."""
 
@@ -80,15 +90,26 @@ def _cut(page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: boo
 
 
 def _hangs(sight: Sight, outline: Outline) -> bool:
-    """Whether hair falls beside the face, beyond the mouth."""
-    return any(sight.lowest(outline, side) < HUNG for side in (-1, 1))
+    """Whether hair falls beside the face, beyond the mouth, and beyond the nape where that is seen."""
+    for side in (-1, 1):
+        behind = _away(sight.azimuth + side * np.pi / 2) + NAPE
+        nape = np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T)
+        if sight.lowest(outline, side) < min(HUNG, nape - BELOW):
+            return True
+    return False
+
+
+def _away(azimuth: NDArray | float) -> NDArray[np.float64]:
+    """Radians from the front, whichever way."""
+    return np.abs((np.asarray(azimuth) + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _edges(
     sight: Sight, outline: Outline, hangs: bool, thick: NDArray
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """(48,) heights of the edge, and (48,) where hair falls past the head."""
-    stand = thick[:, -2:].mean(axis=1) if hangs else np.full(AZIMUTHS, 0.5 * PLAIN)
+    tips = _taper(np.full(AZIMUTHS, True))[:, -2:] * thick[:, -2:]
+    stand = tips.mean(axis=1) if hangs else np.full(AZIMUTHS, 0.5 * PLAIN)
     covered, weight = sight.covered(HEIGHTS, hangs, np.maximum(stand, THIN), FACING)
     seen = weight * (2 * covered - 1)
     # Hair above a height and none below: the height of which that is true for the most.
@@ -106,14 +127,20 @@ def _edges(
             found, sure = np.where(hidden, low, found), np.where(hidden, 0.5, sure)
     if hangs:
         base = np.minimum(base, _behind(found, sure))
+    front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
+    if front.any() and np.median(found[front]) < HAIRY:
+        sure = np.where(found > BARE, 0, sure)
     edge = _continued(found, sure, base)
+    if hangs:
+        closed = grey_opening(edge, GAP, mode="wrap")
+        edge = np.where(_away(ANGLES) > SIDES, closed, edge)
     edge = np.clip(edge, HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
 
 
 def _behind(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
     """(48,) what hair behind is like that falls at the sides: it is no longer than these show."""
-    away = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi)
+    away = _away(ANGLES)
     sides = (away > np.radians(55)) & (sure > 0.2)
     if not sides.any():
         return np.full(AZIMUTHS, np.inf)
@@ -143,10 +170,13 @@ def _around(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 
 
 def _taper(falls: NDArray) -> NDArray[np.float64]:
-    """(48, STEPS) shares of the thickness: what ends on the skin lies on it there."""
-    share = np.linspace(0, 1, STEPS)
-    lying = 1 - np.clip((share - 0.5) / 0.5, 0, 1) ** 2.2
-    return np.where(falls[:, None], 1.0, lying)
+    """(48, STEPS) shares of the thickness: what ends on the skin lies on it there, and what falls in
+    front of the ears lies on the cheeks."""
+    late = np.clip((np.linspace(0, 1, STEPS) - 0.5) / 0.5, 0, 1)
+    before, after = TEMPLES
+    cheeks = np.clip((_away(ANGLES) - before) / (after - before), 0, 1)[:, None]
+    cheeks = CHEEKS + (1 - CHEEKS) * cheeks
+    return np.where(falls[:, None], 1 - np.clip(3 * late, 0, 1) * (1 - cheeks), 1 - late**2.2)
 
 
 def _tapered(thick: NDArray, falls: NDArray) -> NDArray[np.float64]:
