@@ -58,7 +58,7 @@ def picture(
     """(size, w, 3) a person with a cut, turned by `yaw` degrees to its own left."""
     under, locks = hair(rig, identity, cut, np.random.default_rng(1), detail)
     face = rig.neutral(identity)
-    parts = [(face, rig.triangles), (under.points, under.triangles)]
+    parts: list[tuple[NDArray, NDArray]] = [(face, rig.triangles), (under.points, under.triangles)]
     parts.append((locks.points, locks.triangles))
     normals = [vertex_normals(*part) for part in parts]
     parts[2] = (locks.points, np.concatenate([locks.triangles, locks.triangles[:, ::-1]]))
@@ -72,9 +72,9 @@ def picture(
         (1 + TONES * locks.tone)[:, None] * plain,
     ]
     strands = [np.zeros_like(face), _strands(under), _locks_ahead(locks)]
+    vertices = [part for part, _ in parts]
     points, normal, strand = (
-        seen_from(np.concatenate(some), yaw)
-        for some in ([part for part, _ in parts], normals, strands)
+        seen_from(np.concatenate(some), yaw) for some in (vertices, normals, strands)
     )
     firsts = np.cumsum([0, *(len(part) for part, _ in parts)])
     triangles = np.concatenate([t + n for (_, t), n in zip(parts, firsts, strict=False)])

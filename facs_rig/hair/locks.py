@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ..common.errors import InputError
 from ..rig import FaceRig
 from .cut import Cut
-from .shell import Shell, shell
+from .head import WIDEST
+from .shell import WAVELENGTH, Shell, edge_heights, shell, wave_phase
 
 FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
 COARSE, FINE = (36, 11), (72, 20)  # columns and rows of the shell from detail 0 to FINE_FROM
@@ -24,7 +25,8 @@ LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls a
 SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
 BEYOND = (0.001, 0.018)  # metres that tips reach beyond the edge of hair that lies, that falls
-PITCH, WAVELENGTH = 0.019, 0.055  # metres of a turn of a curl, and of a wave
+DOWN = (0.0, 1.0)  # the field of hair that follows the columns
+PITCH = 0.019  # metres of a turn of a curl
 
 
 @dataclass(frozen=True)
@@ -82,31 +84,53 @@ def locks(
         the columns, toward greater azimuths, and along them to the edge, of any length; down the
         columns where none is given
     """
-    grids = [shell.points[shell.outer].astype(np.float64)]
-    grids += [
-        shell.points[ring.T].astype(np.float64)
-        for ring, ball in zip(shell.tails, cut.balls, strict=True) if not ball.plait
-    ]  # fmt: skip
     if field is None:
-        field = np.zeros((*shell.outer.shape, 2))
-        field[..., 1] = 1.0
+        field = np.broadcast_to(DOWN, (*shell.outer.shape, 2))
     if field.shape != (*shell.outer.shape, 2):
         wanted = " x ".join(map(str, (*shell.outer.shape, 2)))
         raise InputError(f"the field of the locks must be {wanted} numbers, got {field.shape}")
     segments = round(SEGMENTS[0] + cut.curl * (SEGMENTS[1] - SEGMENTS[0]))
-    count = max(triangles, 0) // (4 * segments)
-    area = np.array([_cells(grid).sum() for grid in grids])
-    shares = np.floor(count * area / area.sum()).astype(int)
-    parts = []
-    for k, (grid, some) in enumerate(zip(grids, shares, strict=True)):
-        down = field if k == 0 else np.broadcast_to([0.0, 1.0], (*grid.shape[:2], 2))
-        parts.append(_ribbons(grid, down, cut, rng, some, segments, width))
+    sheets = _sheets(shell, cut, field)
+    area = np.array([_cells(sheet.points).sum() for sheet in sheets])
+    counts = np.floor(max(triangles, 0) // (4 * segments) * area / area.sum()).astype(int)
+    parts = [
+        _ribbons(sheet, cut, rng, count, segments, width)
+        for sheet, count in zip(sheets, counts, strict=True)
+    ]
     points, tone = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
     quads, uv = _strips(len(tone), segments)
     return Locks(
         points.reshape(-1, 3).astype(np.float32), quads, uv,
         np.repeat(tone, 3 * (segments + 1)).astype(np.float32),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """A surface that carries locks, closed around.
+
+    points : (c, r, 3) metres;  field : (c, r, 2) see `locks`
+    azimuth : (c,) radians, rising;  beyond : (c,) metres that tips may reach beyond a column's end
+    """
+
+    points: NDArray[np.float64]
+    field: NDArray[np.float64]
+    azimuth: NDArray[np.float64]
+    beyond: NDArray[np.float64]
+
+
+def _sheets(shell: Shell, cut: Cut, field: NDArray) -> list[_Sheet]:
+    """The outer sheet of a shell, and what is gathered but not plaited."""
+    falls = cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST)
+    points = shell.points[shell.outer].astype(np.float64)
+    out = [_Sheet(points, field, shell.azimuth, np.where(falls, BEYOND[1], BEYOND[0]))]
+    for ring, ball in zip(shell.tails, cut.balls, strict=True):
+        if not ball.plait:
+            points = shell.points[ring.T].astype(np.float64)
+            turn = np.linspace(0, 2 * np.pi, len(points), endpoint=False)
+            down = np.broadcast_to(DOWN, (*points.shape[:2], 2))
+            out.append(_Sheet(points, down, turn, np.full(len(points), BEYOND[0])))
+    return out
 
 
 def _cells(grid: NDArray) -> NDArray[np.float64]:
@@ -117,41 +141,21 @@ def _cells(grid: NDArray) -> NDArray[np.float64]:
 
 
 def _ribbons(
-    grid: NDArray, field: NDArray, cut: Cut, rng: np.random.Generator, count: int, segments: int,
-    width: float,
-) -> tuple[NDArray, NDArray]:  # fmt: skip
-    """Points (count, segments + 1, 3 across, 3) and tones (count,) of locks on a grid."""
-    columns, rows = grid.shape[:2]
-    place = _seeds(grid, rng, count)
+    sheet: _Sheet, cut: Cut, rng: np.random.Generator, count: int, segments: int, width: float
+) -> tuple[NDArray, NDArray]:
+    """Points (count, segments + 1, 3 across, 3) and tones (count,) of locks on a sheet."""
+    grid = sheet.points
     across = (np.roll(grid, -1, axis=0) - np.roll(grid, 1, axis=0)) / 2
     along = np.gradient(grid, axis=1)
-    normal = np.cross(along, across)
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-9)
+    normal = _unit(np.cross(along, across))
     metres = np.stack([np.linalg.norm(v, axis=-1) for v in (across, along)], axis=-1)
     metres = np.maximum(metres, 5e-4)
     root = np.cumsum(metres[..., 1], axis=1) - metres[:, :1, 1]
 
-    length = LENGTH[int(cut.hangs)] * (1 - 0.7 * cut.curl) * rng.uniform(0.6, 1.2, count)
-    lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
-    beyond = rng.uniform(0, BEYOND[int(cut.hangs)], count)
-    step = length / segments
-    path = np.empty((count, segments + 1, 2))
-    for k in range(segments + 1):
-        path[:, k] = place
-        way = _at(field, place)
-        way = way + np.stack([lean, 0 * lean], axis=-1)
-        way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
-        size = _at(metres, place)
-        ends = (rows - 1) + np.minimum(beyond / size[:, 1], 2.0)
-        place = place + step[:, None] * way / size
-        place[:, 1] = np.clip(place[:, 1], 0, ends)
-    middle, up = _at(grid, path), _at(normal, path)
-    up /= np.maximum(np.linalg.norm(up, axis=-1, keepdims=True), 1e-9)
-    middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, cut, rng, columns)
-
-    ahead = np.gradient(middle, axis=1)
-    aside = np.cross(ahead, up)
-    aside /= np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
+    path = _traced(sheet, metres, cut, rng, count, segments)
+    middle, up = _at(grid, path), _unit(_at(normal, path))
+    middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     t = np.linspace(0, 1, segments + 1)
     taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
     wide = width * (1 - 0.45 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
@@ -161,6 +165,31 @@ def _ribbons(
     height = np.stack([0 * ridge + low, low + ridge, 0 * ridge + low], axis=-1)
     points = middle[:, :, None] + sides + height[..., None] * up[:, :, None]
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)
+
+
+def _unit(vectors: NDArray) -> NDArray[np.float64]:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+
+
+def _traced(
+    sheet: _Sheet, metres: NDArray, cut: Cut, rng: np.random.Generator, count: int, segments: int
+) -> NDArray[np.float64]:
+    """(count, segments + 1, 2) columns and rows along locks. metres : (c, r, 2) of one of each"""
+    columns, rows = sheet.points.shape[:2]
+    place = _seeds(sheet.points, rng, count)
+    length = LENGTH[int(cut.hangs)] * (1 - 0.7 * cut.curl) * rng.uniform(0.6, 1.2, count)
+    lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
+    share = rng.uniform(0, 1, count)
+    path = np.empty((count, segments + 1, 2))
+    for k in range(segments + 1):
+        path[:, k] = place
+        way = _unit(_at(sheet.field, place))
+        way = _unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
+        size = _at(metres, place)
+        past = share * sheet.beyond[np.rint(place[:, 0]).astype(np.intp) % columns]
+        place = place + (length / segments)[:, None] * way / size
+        place[:, 1] = np.clip(place[:, 1], 0, rows - 1 + np.minimum(past / size[:, 1], 2.0))
+    return path
 
 
 def _seeds(grid: NDArray, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
@@ -186,19 +215,18 @@ def _at(table: NDArray, place: NDArray) -> NDArray[np.float64]:
 
 
 def _bent(
-    middle: NDArray, up: NDArray, root: NDArray, path: NDArray, cut: Cut,
-    rng: np.random.Generator, columns: int,
+    middle: NDArray, up: NDArray, root: NDArray, path: NDArray, azimuths: NDArray, cut: Cut,
+    rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
     """The middles of locks (l, s, 3), waved and curled. root : (l, s) metres from the parting"""
-    ahead = np.gradient(middle, axis=1)
-    aside = np.cross(ahead, up)
-    aside /= np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
-    count = len(middle)
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
+    count, columns = len(middle), len(azimuths)
     # Waves of neighbours go together, as those of the shell do; curls do not.
-    azimuth = 2 * np.pi * path[..., 0] / columns
-    phase = 2 * np.cos(3 * azimuth) + rng.normal(0, 0.35, count)[:, None]
+    turned = np.append(azimuths, 2 * np.pi)
+    azimuth = np.interp(path[..., 0] % columns, np.arange(columns + 1), turned)
+    phase = wave_phase(azimuth) + rng.normal(0, 0.35, count)[:, None]
     rising = np.clip(root / 0.06, 0, 1)
-    wave = 0.004 * cut.wave * rising * np.sin(2 * np.pi * root / WAVELENGTH + phase + np.pi / 2)
+    wave = 0.006 * cut.wave * rising * np.cos(2 * np.pi * root / WAVELENGTH + phase)
     turn = 2 * np.pi * (root / PITCH + rng.uniform(0, 1, count)[:, None])
     turn = turn * rng.choice([-1.0, 1.0], count)[:, None]
     size = 0.0055 * cut.curl * rising * rng.uniform(0.7, 1.2, count)[:, None]

@@ -26,7 +26,8 @@ DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at i
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
 GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
-EARS = (-0.02, -0.16)  # heights between which an edge at the ear begins to cover it
+WAVELENGTH = 0.055  # metres of a wave of hair
+EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
 
 @dataclass(frozen=True)
@@ -128,9 +129,8 @@ def _paths(
     low = head.metres(np.array(-1.6))  # what goes deeper without falling would leave the neck
     falls = cut.hangs & (edge < widest)
     at = np.where(falls, widest, np.maximum(edge, low))
-    far = head.levels(head.axis, azimuth, at)
-    ends = np.stack([np.sin(azimuth) * far, at - widest, np.cos(azimuth) * far], axis=-1)
-    ends /= np.linalg.norm(ends, axis=-1, keepdims=True)
+    rise = at - widest, head.levels(head.axis, azimuth, at)
+    ends = _ways(azimuth, np.arctan2(*rise))
     starts = _starts(head, cut, len(azimuth))
     turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
     turn = np.maximum(turn, 1e-3)
@@ -140,7 +140,18 @@ def _paths(
     t = np.clip(along / arc[:, None], 0, 1) * turn[:, None]
     ways = (np.sin(turn[:, None] - t)[..., None] * starts[:, None]
             + np.sin(t)[..., None] * ends[:, None]) / np.sin(turn)[:, None, None]  # fmt: skip
+    # On their way columns go around what the edge goes around, an ear say.
+    around = np.arctan2(ways[..., 0], ways[..., 2])
+    edge_on_way = np.interp(around, azimuth, np.arctan2(*rise), period=2 * np.pi)
+    elevation = np.maximum(np.arcsin(np.clip(ways[..., 1], -1, 1)), edge_on_way)
+    ways = _ways(around, elevation)
     return ways, np.maximum(along - arc[:, None], 0), along
+
+
+def _ways(azimuth: NDArray, elevation: NDArray) -> NDArray[np.float64]:
+    """(..., 3) unit vectors."""
+    flat = np.cos(elevation)
+    return np.stack([np.sin(azimuth) * flat, np.sin(elevation), np.cos(azimuth) * flat], axis=-1)
 
 
 def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
@@ -170,8 +181,7 @@ def _way(head: Head, azimuth: float, height: float) -> NDArray[np.float64]:
     metres = head.metres(np.array(height))
     far = head.levels(head.axis, np.array(azimuth), metres)
     up = metres - (head.middle[1] - head.eyes[1])
-    out = np.array([np.sin(azimuth) * far, up, np.cos(azimuth) * far])
-    return out / np.linalg.norm(out)
+    return _ways(np.array(azimuth), np.arctan2(up, far))
 
 
 def _elevation(head: Head, place: NDArray) -> float:
@@ -234,13 +244,18 @@ def _covers(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
     return np.where(turn > 0, sides[0], sides[1])
 
 
+def wave_phase(azimuth: NDArray) -> NDArray[np.float64]:
+    """(...) radians by which waves are ahead at azimuths: neighbours wave together."""
+    return 3 * np.cos(3 * azimuth) + 1.5 * np.cos(8 * azimuth)
+
+
 def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArray[np.float64]:
     """(c, r) metres by which waves and curls raise the surface, alike on both sides."""
     rising = np.clip(along / 0.06, 0, 1)
-    wave = 0.0045 * cut.wave * np.sin(2 * np.pi * along / 0.055 + 2 * np.cos(3 * azimuth)[:, None])
+    wave = 0.004 * cut.wave * np.sin(2 * np.pi * along / WAVELENGTH + wave_phase(azimuth)[:, None])
     bumps = np.cos(13 * azimuth)[:, None] * np.cos(2 * np.pi * along / 0.03)
     bumps = bumps + 0.6 * np.cos(2 * np.pi * along / 0.021 + 7 * np.cos(5 * azimuth)[:, None])
-    return rising * (wave + 0.003 * cut.curl * bumps)
+    return rising * (wave + 0.0042 * cut.curl * bumps)
 
 
 @lru_cache(maxsize=8)

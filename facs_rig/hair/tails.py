@@ -43,9 +43,7 @@ def tail(head: Head, ball: Ball, sides: int = 16) -> tuple[NDArray, NDArray, NDA
     return points.reshape(-1, 3), quads, uv.reshape(-1, 2), ring
 
 
-def _centre_line(
-    head: Head, ball: Ball, rings: int
-) -> tuple[NDArray, NDArray, NDArray]:
+def _centre_line(head: Head, ball: Ball, rings: int) -> tuple[NDArray, NDArray, NDArray]:
     """(m, 3) places along the middle of a ball, its radius (m,) and length so far (m,), metres.
 
     The radius shrinks to nothing at both ends, as a ball's does.

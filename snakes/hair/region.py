@@ -54,9 +54,11 @@ FAR, FARTHER, BESIDE = 0.26, 0.10, 3.0
 STRENGTH, STOPS, UNSURE, SWEEPS = 30.0, 25.0, 0.05, 40
 """How strongly neighbours go together, how fast that falls with ink, the least weight of what a
 cell itself says, and steps of the solver."""
-LEAST, DOUBTED = 0.012, 0.5
-"""Square heads of hair that are no stray, and the mean probability of a piece that is hair."""
-LEAST_BEARD = 0.004
+LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55
+"""Square heads of hair that are no stray, the mean probability of a piece that is hair, and what at
+least a tenth of it reaches."""
+LEAST_BEARD, BEARDED = 0.004, 1.6
+"""The same square heads of a beard, and the log-odds by which the network takes too few for one."""
 APART = 0.04
 """Heads between a head and a piece of hair that is still its own."""
 
@@ -124,7 +126,7 @@ def page_hair(
     ink = 1 - area_resample(np.asarray(drawing, np.float32), box, size, outside=1.0)
     zones = _Zones.of(rig, vertices, camera, box, size)
     hair = _log_odds(at, "hair", box, size, seen, camera)
-    beard = _log_odds(at, "beard", box, size, seen, camera)
+    beard = _log_odds(at, "beard", box, size, seen, camera) + BEARDED
     unlike = _beside(zones) + _theirs(box, size, zones, others)
     region = _hair_in(ink, hair, beard, zones, unlike)
     whiskers = _beard_in(ink, beard, zones) & ~region
@@ -262,7 +264,7 @@ def _hair_in(
     cues = cues + np.where(outside, OUTSIDE, 0.0)
     cues = cues + np.where(~outside & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
     cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
-    found = _spread(cues, ink) & (odds > beard - 1) & (unlike > -6)
+    found = _spread(cues, ink) & (odds > beard - 1 - BEARDED) & (unlike > -6)
     found = ndimage.binary_opening(found, iterations=1)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(APART * ROWS), 1))
     return _pieces(found, share, near, LEAST)
@@ -371,7 +373,8 @@ def _pieces(
     flat = label.ravel()
     size = np.bincount(flat, minlength=count + 1)
     mean = np.bincount(flat, share.ravel(), count + 1) / np.maximum(size, 1)
-    kept = (size >= least * ROWS**2) & (mean >= DOUBTED)
+    sure = np.bincount(flat, share.ravel() >= SOMEWHERE, count + 1) / np.maximum(size, 1)
+    kept = (size >= least * ROWS**2) & (mean >= LIKELY) & (sure >= 0.1)
     kept &= np.bincount(flat, near.ravel(), count + 1) > 0
     kept[0] = False
     whole = kept[label]

@@ -29,7 +29,7 @@ SPECKS, SPECK = 0.5, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
 REACH = 0.28
 """Heads to either side of a parting that say whether it is one."""
-PARTED = 0.45
+PARTED = 0.6
 """Of all strokes beside a parting, weighed by how much they lean, the least surplus of those that
 lean away from it."""
 
@@ -116,7 +116,8 @@ def parting(
     if not len(columns) or not region.any():
         return None
     brow = int(np.argmax(face.any(axis=1))) + int(0.1 * rows)
-    above = region & (np.arange(len(region))[:, None] < brow)
+    inside = ndimage.distance_transform_edt(region) > RIM * rows  # the outline leans as if parted
+    above = inside & (np.arange(len(region))[:, None] < brow)
     lean = 2 * strokes.along[..., 0] * strokes.along[..., 1] * strokes.coherence
     sum_ = np.concatenate([[0.0], np.cumsum((lean * above).sum(axis=0))])
     much = np.concatenate([[0.0], np.cumsum((np.abs(lean) * above).sum(axis=0))])
@@ -130,5 +131,5 @@ def parting(
     if surplus[best] < PARTED or (right[best] < 0) or (left[best] > 0):
         return None
     column = int(k[best])
-    hair = np.flatnonzero(above[:, column])
+    hair = np.flatnonzero(region[:brow, column])
     return np.array([column, hair[-1] if len(hair) else brow], float)

@@ -1,0 +1,235 @@
+"""The head of hair that looks like the hair on a page.
+
+Two things of a cut can be read off a region: how far down hair covers the head where the camera
+sees it, one azimuth after another, and how far it stands off where it ends against the page.
+What no line says goes on smoothly from there (a membrane: Laplace's equation with what was measured
+as soft constraints), alike on both sides. The surface that comes of it is held against the region
+again a few times, as one registers surfaces by their outlines.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import grey_opening
+
+from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
+from facs_rig.hair.head import WIDEST, Head, head_of
+from facs_rig.hair.presets import HAIRLINE, LYING
+from facs_rig.hair.shell import edge_heights, shell_on
+
+from .region import PageHair
+from .sight import Outline, Sight
+
+__all__ = ["fit_cut"]
+
+STEPS = 9
+"""Steps of the thickness, from the parting to the edge."""
+ROUNDS = 3
+"""How often the surface is held against the region."""
+HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -2.3, 46)])
+"""At which hair is looked for."""
+FACING = 0.15
+"""Cosine between a surface and the view from which on it is seen."""
+PLAIN = 0.012
+"""Metres that hair stands off of which nothing is known."""
+THIN, THICK = 0.003, 0.09
+"""Metres that hair stands off at least and at most."""
+HUNG = -0.42
+"""Height below which hair at the sides hangs: the mouth's."""
+NAPE, BELOW = np.radians(25), 0.15
+"""Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
+ends that hangs."""
+GAP, SIDES = 9, np.radians(50)
+"""Azimuths side by side at which hair that hangs has no gap, and radians from the front from which
+on that is so."""
+TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
+"""Radians from the front between which falling hair grows as thick as it is at the sides, and the
+share of it that it has before: it lies on the cheeks."""
+BARE, HAIRY = 0.86, 0.75
+"""Height of an edge above which nothing is hair, and below which the usual edge in front is where
+that is taken for a gap in what was seen."""
+HIGHEST = 0.93
+"""Of an edge."""
+
+
+def fit_cut(
+    page: PageHair, rig: FaceRig, parameters: FaceParameters, vertices: NDArray, camera: Camera
+) -> Cut | None:
+    """The cut whose surface covers what hair covers on a page, or None where there is none.
+
+    vertices : (n, 3) metres, the posed face of `parameters`;  camera : of the page's pixels
+    """
+    if not page.hair.any():
+        return None
+    head = head_of(rig, parameters.identity)
+    sight = Sight.of(page, rig, parameters, vertices, camera, head)
+    outline = sight.outline_of_region()
+    hangs = _hangs(sight, outline)
+    thick = np.full((AZIMUTHS, STEPS), PLAIN)
+    edge, falls = _edges(sight, outline, hangs, thick)
+    cut = _cut(page, sight, edge, thick, hangs)
+    for _ in range(ROUNDS):
+        thick = _thickness(sight, outline, cut, thick, falls)
+        edge, falls = _edges(sight, outline, hangs, thick)
+        cut = _cut(page, sight, edge, _tapered(thick, falls), hangs)
+    return cut
+
+
+def _cut(page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: bool) -> Cut:
+    """All of a cut; parting, curls and colour as they are drawn."""
+    part = None if page.part is None else sight.azimuth_at(page.part, edge)
+    curl = 0.8 if page.texture == "curls" else 0.0
+    return Cut(edge, thick, part, hangs, curl=curl, colour=float(np.clip(page.tone, 0.1, 1.0)))
+
+
+# --- where it ends -------------------------------------------------------------------------------
+
+
+def _hangs(sight: Sight, outline: Outline) -> bool:
+    """Whether hair falls beside the face, beyond the mouth, and beyond the nape where that is seen."""
+    for side in (-1, 1):
+        behind = _away(sight.azimuth + side * np.pi / 2) + NAPE
+        nape = np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T)
+        if sight.lowest(outline, side) < min(HUNG, nape - BELOW):
+            return True
+    return False
+
+
+def _away(azimuth: NDArray | float) -> NDArray[np.float64]:
+    """Radians from the front, whichever way."""
+    return np.abs((np.asarray(azimuth) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _edges(
+    sight: Sight, outline: Outline, hangs: bool, thick: NDArray
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """(48,) heights of the edge, and (48,) where hair falls past the head."""
+    tips = _taper(np.full(AZIMUTHS, True))[:, -2:] * thick[:, -2:]
+    stand = tips.mean(axis=1) if hangs else np.full(AZIMUTHS, 0.5 * PLAIN)
+    covered, weight = sight.covered(HEIGHTS, hangs, np.maximum(stand, THIN), FACING)
+    seen = weight * (2 * covered - 1)
+    # Hair above a height and none below: the height of which that is true for the most.
+    above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
+    best = above.argmax(axis=1)
+    between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
+    found, sure = between[best], weight[:, :40].mean(axis=1)
+    sure = np.where(sure > 0.1, np.minimum(2 * sure, 1), 0)
+    base = _around(HAIRLINE)
+    for side in (-1, 1):
+        low = sight.lowest(outline, side)
+        rim = sight.rim(side)
+        if low < HUNG and hangs:
+            hidden = rim & (sure < 0.4)
+            found, sure = np.where(hidden, low, found), np.where(hidden, 0.5, sure)
+    if hangs:
+        base = np.minimum(base, _behind(found, sure))
+    front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
+    if front.any() and np.median(found[front]) < HAIRY:
+        sure = np.where(found > BARE, 0, sure)
+    edge = _continued(found, sure, base)
+    if hangs:
+        closed = grey_opening(edge, GAP, mode="wrap")
+        edge = np.where(_away(ANGLES) > SIDES, closed, edge)
+    edge = np.clip(edge, HEIGHTS[-1], HIGHEST)
+    return edge, (edge < WIDEST) & hangs
+
+
+def _behind(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
+    """(48,) what hair behind is like that falls at the sides: it is no longer than these show."""
+    away = _away(ANGLES)
+    sides = (away > np.radians(55)) & (sure > 0.2)
+    if not sides.any():
+        return np.full(AZIMUTHS, np.inf)
+    length = np.quantile(found[sides], 0.3)
+    return np.where(away > np.radians(70), length, np.inf)
+
+
+def _continued(found: NDArray, sure: NDArray, base: NDArray) -> NDArray[np.float64]:
+    """(48,) values as found where that is sure, elsewhere running as a base does, and alike on both
+    sides."""
+    eye, mirror = np.eye(AZIMUTHS), np.eye(AZIMUTHS)[-np.arange(AZIMUTHS)]
+    slope = np.roll(eye, -1, axis=0) - eye
+    run = slope.T @ slope
+    alike = (eye - mirror).T @ (eye - mirror)
+    weight = np.diag(20 * sure**2)
+    matrix = weight + run + 0.3 * alike + 0.02 * eye
+    return np.linalg.solve(matrix, weight @ found + run @ base + 0.02 * base)
+
+
+def _around(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
+    """(48,) values at ANGLES of degrees and values that are alike on both sides."""
+    degrees = np.degrees(np.minimum(ANGLES, 2 * np.pi - ANGLES))
+    return np.interp(degrees, *np.array(points).T)
+
+
+# --- how far it stands off -----------------------------------------------------------------------
+
+
+def _taper(falls: NDArray) -> NDArray[np.float64]:
+    """(48, STEPS) shares of the thickness: what ends on the skin lies on it there, and what falls in
+    front of the ears lies on the cheeks."""
+    late = np.clip((np.linspace(0, 1, STEPS) - 0.5) / 0.5, 0, 1)
+    before, after = TEMPLES
+    cheeks = np.clip((_away(ANGLES) - before) / (after - before), 0, 1)[:, None]
+    cheeks = CHEEKS + (1 - CHEEKS) * cheeks
+    return np.where(falls[:, None], 1 - np.clip(3 * late, 0, 1) * (1 - cheeks), 1 - late**2.2)
+
+
+def _tapered(thick: NDArray, falls: NDArray) -> NDArray[np.float64]:
+    share = _taper(falls)
+    return share * thick + (1 - share) * LYING
+
+
+def _thickness(
+    sight: Sight, outline: Outline, cut: Cut, thick: NDArray, falls: NDArray
+) -> NDArray[np.float64]:
+    """(48, STEPS) metres with which a cut's surface ends where the region does."""
+    hair = shell_on(sight.head, cut)
+    azimuth, share, short, known = sight.shortfall(hair, outline)
+    grid = _bilinear(azimuth, share)
+    taper = _taper(falls).ravel()
+    rows = grid * taper
+    now = rows @ thick.ravel()
+    weight = np.where(known, np.clip(rows.sum(axis=1), 0, 1), 0.0)
+    rows, wanted = rows * weight[:, None], weight * (now + np.clip(short, -0.03, 0.03))
+    membrane, loose = _membrane()
+    typical = float(np.clip(np.median((now + short)[weight > 0.5]), THIN, 0.04)) if (
+        weight > 0.5).any() else PLAIN  # fmt: skip
+    matrix = rows.T @ rows + membrane
+    solved = np.linalg.solve(matrix, rows.T @ wanted + loose * typical)
+    low = THIN - 0.02 * falls[:, None] * (np.linspace(0, 1, STEPS) > 0.6)
+    return np.clip(solved.reshape(AZIMUTHS, STEPS), low, THICK)
+
+
+def _bilinear(azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
+    """(m, 48 STEPS) weights of a cut's thickness at places of its surface."""
+    column, step = azimuth * AZIMUTHS / (2 * np.pi), share * (STEPS - 1)
+    left, low = np.floor(column).astype(int), np.minimum(step.astype(int), STEPS - 2)
+    across, up = column - left, step - low
+    out = np.zeros((len(azimuth), AZIMUTHS, STEPS))
+    m = np.arange(len(azimuth))
+    for i, a in ((left, 1 - across), (left + 1, across)):
+        for j, b in ((low, 1 - up), (low + 1, up)):
+            out[m, i % AZIMUTHS, j] += a * b
+    return out.reshape(len(azimuth), -1)
+
+
+@lru_cache(maxsize=1)
+def _membrane() -> tuple[NDArray[np.float64], float]:
+    """(k, k) energy of a thickness that is uneven or not alike on both sides, and how weakly it is
+    held at its usual value."""
+    around, along = np.eye(AZIMUTHS), np.eye(STEPS)
+    ring = np.roll(around, -1, axis=0) - around
+    strip = np.diff(along, axis=0)
+    other = around - around[-np.arange(AZIMUTHS)]
+    loose = 0.01
+    energy = (
+        np.kron(0.5 * ring.T @ ring, along)
+        + np.kron(around, 0.25 * strip.T @ strip)
+        + np.kron(0.1 * other.T @ other, along)
+    )
+    return energy + loose * np.eye(AZIMUTHS * STEPS), loose

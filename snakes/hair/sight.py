@@ -1,0 +1,223 @@
+"""A head as a camera sees it, beside the hair on its page: what is covered, and how far out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.curves import head_frame
+from facs_rig.hair.cut import ANGLES
+from facs_rig.hair.head import WIDEST, Head
+from facs_rig.hair.shell import Shell
+
+from .region import PageHair
+
+__all__ = ["Outline", "Sight"]
+
+RAYS, LEVELS, LEVEL = 48, 64, 0.007
+"""Rays over the half of an outline above the head's middle, levels to each side below it, and
+metres from one to the next."""
+FINER = (2, 4)
+"""Places of a surface between two columns, and between two rows, that its outline is made of."""
+RIM = (np.radians(62), np.radians(125))
+"""Azimuths from the view between which something hangs that is seen beside the head."""
+BESIDE = 0.055
+"""Metres beside the head's axis where what hangs is no beard and no collar."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """How far out something reaches on the page, as seen from the head's middle.
+
+    far : (RAYS + 2 LEVELS,) metres: along rays from the picture's left over the top to its right,
+        then beside the axis at levels downwards, left and right; -inf where there is nothing
+    cut : the same, bool, where it leaves the picture
+    """
+
+    far: NDArray[np.float64]
+    cut: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A posed head in front of a camera.
+
+    linear, shift : (3, 3) and (3,), from the upright head to where it is, x @ linear + shift
+    up : (2,) unit, cells: where the head's crown is on the page;  middle : (2,) its middle
+    unit : cells to a metre at its middle
+    """
+
+    page: PageHair
+    head: Head
+    camera: Camera
+    linear: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    up: NDArray[np.float64]
+    middle: NDArray[np.float64]
+    unit: float
+
+    @classmethod
+    def of(
+        cls, page: PageHair, rig: FaceRig, parameters: FaceParameters, vertices: NDArray,
+        camera: Camera, head: Head,
+    ) -> Sight:  # fmt: skip
+        rest = rig.neutral(parameters.identity)
+        anchors, axes = head_frame(rig.neutral(), rig.parts["skin"])
+        linear = np.linalg.inv(axes @ rest[anchors]) @ (axes @ vertices[anchors])
+        shift = vertices[anchors].mean(axis=0) - rest[anchors].mean(axis=0) @ linear
+        places = np.stack([head.middle, head.middle + [0, 0.1, 0]]) @ linear + shift
+        middle, above = page.cells(camera.project(places))
+        depth = float(camera.relative_depth(places[:1])[0])
+        up = above - middle
+        size = np.linalg.norm(up)
+        up = up / size if size > 1e-6 else np.array([0.0, -1.0])
+        size = float(np.linalg.norm(linear, axis=1).mean())
+        unit = size * camera.scale[0] / depth / page.cell
+        return cls(page, head, camera, linear, shift, up, middle, unit)
+
+    def cells(self, points: NDArray) -> NDArray[np.float64]:
+        """(..., 2) columns and rows of the page's grid of upright points (..., 3)."""
+        return self.page.cells(self.camera.project(points @ self.linear + self.shift))
+
+    @property
+    def azimuth(self) -> float:
+        """Where on the upright head the camera stands, radians."""
+        toward = self.linear @ self.camera.view_vectors(
+            (self.head.middle @ self.linear + self.shift)[None])[0]  # fmt: skip
+        return float(np.arctan2(toward[0], toward[2]))
+
+    # --- the head's skin ---------------------------------------------------------------------
+
+    def surface(self, heights: NDArray, falls: bool, stand: NDArray) -> NDArray[np.float64]:
+        """(48, k, 3) upright places so far (48,) off the skin, or off what falling hair keeps."""
+        head, metres = self.head, self.head.metres(heights)
+        far = head.levels(head.axis, ANGLES[:, None], metres)
+        if falls:
+            widest = head.middle[1] - head.eyes[1]
+            hull = head.levels(head.hull, ANGLES[:, None], metres)
+            most = head.levels(head.axis, ANGLES, np.full(len(ANGLES), widest))[:, None]
+            far = np.where(metres < widest, np.maximum(hull, most), far)
+        far = far + stand[:, None]
+        x, z = (turn(ANGLES)[:, None] * far for turn in (np.sin, np.cos))
+        y = np.broadcast_to(metres + head.eyes[1], far.shape)
+        return np.stack([x + head.eyes[0], y, z + head.middle[2]], axis=-1)
+
+    def covered(
+        self, heights: NDArray, falls: bool, stand: NDArray, facing: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Whether hair covers the head at azimuths and heights, and how well that is seen: (48, k).
+
+        facing : cosine to the view from which on a place is seen
+        """
+        points = self.surface(heights, falls, stand)
+        posed = points @ self.linear + self.shift
+        around = np.roll(posed, -1, axis=0) - np.roll(posed, 1, axis=0)
+        normal = np.cross(np.gradient(posed, axis=1), around)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-9)
+        toward = self.camera.view_vectors(posed.reshape(-1, 3)).reshape(posed.shape)
+        slope = np.einsum("akd,akd->ak", normal, toward)
+        at = np.round(self.page.cells(self.camera.project(posed))).astype(int)
+        height, width = self.page.hair.shape
+        inside = ((at >= 0) & (at < (width, height))).all(axis=-1)
+        u, v = np.clip(at[..., 0], 0, width - 1), np.clip(at[..., 1], 0, height - 1)
+        step = np.abs(np.gradient(self.head.metres(heights))) / 0.005
+        weight = np.clip((slope - facing) / 0.3, 0, 1) * inside * np.minimum(step, 1)
+        return self.page.hair[v, u].astype(float), weight
+
+    def azimuth_at(self, place: NDArray, edge: NDArray) -> float | None:
+        """Radians at which a cut's edge (48,) is nearest to a pixel of the page, in front."""
+        front = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi) < np.radians(60)
+        head = self.head
+        metres = head.metres(edge)
+        far = head.levels(head.axis, ANGLES, metres)
+        points = np.stack([np.sin(ANGLES) * far + head.eyes[0], metres + head.eyes[1],
+                           np.cos(ANGLES) * far + head.middle[2]], axis=-1)  # fmt: skip
+        away = np.linalg.norm(self.cells(points) - self.page.cells(place), axis=1)
+        found = ANGLES[np.where(front, away, np.inf).argmin()]
+        return float((found + np.pi) % (2 * np.pi) - np.pi)
+
+    # --- outlines ----------------------------------------------------------------------------
+
+    def _polar(self, cells: NDArray) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """The ray or level of places (k, 2) of the grid, -1 below all, and metres out along it."""
+        right = np.array([-self.up[1], self.up[0]])
+        x, y = ((cells - self.middle) @ way / self.unit for way in (right, self.up))
+        ray = np.clip(np.floor((np.arctan2(x, y) / np.pi + 0.5) * RAYS), 0, RAYS - 1)
+        level = np.floor(-y / LEVEL)
+        side = np.where(x < 0, RAYS, RAYS + LEVELS)
+        at = np.where(y >= 0, ray, np.where(level < LEVELS, side + level, -1)).astype(np.intp)
+        return at, np.where(y >= 0, np.hypot(x, y), np.abs(x))
+
+    def outline_of_region(self) -> Outline:
+        """How far the hair on the page reaches."""
+        hair = self.page.hair
+        v, u = np.nonzero(hair)
+        at, away = self._polar(np.stack([u, v], axis=1).astype(float))
+        edge = (u == 0) | (v == 0) | (u == hair.shape[1] - 1) | (v == hair.shape[0] - 1)
+        far = np.full(RAYS + 2 * LEVELS + 1, -np.inf)
+        np.maximum.at(far, at, away + 0.5 / self.unit)
+        cut = np.zeros(len(far), dtype=bool)
+        cut[at[edge]] = True
+        return Outline(far[:-1], cut[:-1])
+
+    def shortfall(
+        self, hair: Shell, outline: Outline
+    ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Where a surface's own outline is, and how far the region reaches beyond it.
+
+        Returns (m,) azimuth and share of the way from parting to edge, (m,) metres, and whether
+        both are known there.
+        """
+        across, down = FINER
+        sheet = hair.points[hair.outer].astype(float)
+        columns, rows = sheet.shape[:2]
+        row = np.linspace(0, rows - 1, (rows - 1) * down + 1)
+        sheet = _between(sheet, row, axis=1)
+        column = np.arange(columns * across) / across
+        sheet = _between(np.concatenate([sheet, sheet[:1]]), column, axis=0)
+        turn = np.append(hair.azimuth, 2 * np.pi)
+        azimuth = np.interp(column, np.arange(columns + 1), turn)
+        at, away = self._polar(self.cells(sheet).reshape(-1, 2))
+        order = np.lexsort((away, at))
+        last = np.append(np.flatnonzero(np.diff(at[order])), len(order) - 1)
+        outer = order[last]
+        outer = outer[at[outer] >= 0]
+        there = outline.far[at[outer]]
+        known = np.isfinite(there) & ~outline.cut[at[outer]]
+        i, j = np.divmod(outer, len(row))
+        short = np.where(known, there - away[outer], 0.0)
+        return azimuth[i], row[j] / (rows - 1), short, known
+
+    def lowest(self, outline: Outline, side: int) -> float:
+        """The height down to which hair hangs at the picture's left (-1) or right (1)."""
+        first = RAYS if side < 0 else RAYS + LEVELS
+        far = outline.far[first : first + LEVELS]
+        levels = np.flatnonzero(far > BESIDE)
+        if not len(levels):
+            return WIDEST
+        run = np.flatnonzero(np.diff(levels) > 4)
+        level = levels[run[0]] if len(run) else levels[-1]
+        return float(self.head.height(np.array(
+            self.head.middle[1] - self.head.eyes[1] - (level + 1) * LEVEL / self._upright)))
+
+    @property
+    def _upright(self) -> float:
+        """How long an upright metre is on the page."""
+        places = np.stack([self.head.middle, self.head.middle + [0, -0.1, 0]])
+        above, below = self.cells(places)
+        return float(max(np.linalg.norm(above - below) / (0.1 * self.unit), 0.3))
+
+    def rim(self, side: int) -> NDArray[np.bool_]:
+        """(48,) azimuths at which hair is seen beside the head, at the picture's left or right."""
+        away = (ANGLES - self.azimuth + np.pi) % (2 * np.pi) - np.pi
+        return (side * away > RIM[0]) & (side * away < RIM[1])
+
+
+def _between(values: NDArray, at: NDArray, axis: int) -> NDArray[np.float64]:
+    """Values at places between those along an axis."""
+    low = np.minimum(at.astype(int), values.shape[axis] - 2)
+    share = np.expand_dims(at - low, tuple(k for k in range(values.ndim) if k != axis))
+    return np.take(values, low, axis) * (1 - share) + np.take(values, low + 1, axis) * share
