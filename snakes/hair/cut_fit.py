@@ -49,6 +49,8 @@ on that is so."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
+UNSEEN = 0.4
+"""How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
 """Height of an edge above which nothing is hair, and below which the usual edge in front is where
 that is taken for a gap in what was seen."""
@@ -127,6 +129,10 @@ def _edges(
             found, sure = np.where(hidden, low, found), np.where(hidden, 0.5, sure)
     if hangs:
         base = np.minimum(base, _behind(found, sure))
+    other = -np.arange(AZIMUTHS)
+    hidden = (sure < UNSEEN) & (sure[other] >= UNSEEN)
+    found = np.where(hidden, found[other], found)
+    sure = np.where(hidden, UNSEEN, sure)
     front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
     if front.any() and np.median(found[front]) < HAIRY:
         sure = np.where(found > BARE, 0, sure)

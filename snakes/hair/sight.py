@@ -24,6 +24,9 @@ FINER = (2, 4)
 """Places of a surface between two columns, and between two rows, that its outline is made of."""
 RIM = (np.radians(62), np.radians(125))
 """Azimuths from the view between which something hangs that is seen beside the head."""
+CHEEKS, BACK = np.radians(58), 0.15
+"""Radians from the front to which the cheeks reach, and what it counts for hair in front of there
+that it is seen beside the head."""
 BESIDE = 0.055
 """Metres beside the head's axis where what hangs is no beard and no collar."""
 
@@ -125,7 +128,11 @@ class Sight:
         u, v = np.clip(at[..., 0], 0, width - 1), np.clip(at[..., 1], 0, height - 1)
         step = np.abs(np.gradient(self.head.metres(heights))) / 0.005
         weight = np.clip((slope - facing) / 0.3, 0, 1) * inside * np.minimum(step, 1)
-        return self.page.hair[v, u].astype(float), weight
+        hair = self.page.hair[v, u]
+        # What is seen beside the cheeks may as well hang farther back.
+        front = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi) < CHEEKS
+        beside = hair & ~self.page.head[v, u] & front[:, None] & (heights < WIDEST)
+        return hair.astype(float), np.where(beside, BACK * weight, weight)
 
     def azimuth_at(self, place: NDArray, edge: NDArray) -> float | None:
         """Radians at which a cut's edge (48,) is nearest to a pixel of the page, in front."""
