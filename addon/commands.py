@@ -88,6 +88,7 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
         f"contours slide over the shaded face (default {FitOptions.method})",
     )
     _setting_argument(parser, settings_of(FitOptions)["exaggerate"])
+    _setting_argument(parser, settings_of(FitOptions)["hair"])
     parser.add_argument(
         "--detail",
         metavar="LEVEL",
@@ -191,6 +192,7 @@ def fit(options: argparse.Namespace) -> int:
         expression=dict(assignment(text, "--au", "smile=4") for text in options.au),
         method=options.method,
         exaggerate=options.exaggerate,
+        hair=options.hair,
         strokes=options.unmatched,
         stroke_depth=options.stroke_depth,
         stroke_width=options.stroke_width,

@@ -2,7 +2,7 @@
 
 What each format keeps:
 
-    .glb    the posed face; morph targets: our 47 controls or ARKit's 52, and `neutral`
+    .glb    the posed face; morph targets: our 47 controls or ARKit's 52, and `neutral`; hair beside
     .fbx    the same, by Blender's exporter
     .obj    the posed face in quads; with `keys` a folder NAME_keys beside it with a face for each
             shape key, fully on, its vertices in the same order (what sculpting and rigging programs
@@ -20,6 +20,7 @@ import io
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +31,9 @@ from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters,
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.mesh import HairMesh
 from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
-from facs_rig.paint import linear_light
+from facs_rig.paint import linear_light, srgb
 from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
@@ -48,6 +50,7 @@ def write_mesh(
     parameters: FaceParameters,
     offsets: NDArray | None = None,
     fitted: Sequence[FittedKey] = (),
+    hair: HairMesh | None = None,
     *,
     names: str = "ours",
     keys: bool = False,
@@ -59,6 +62,7 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
+    hair : what the face wears, an object of its own; a .ply is the face alone
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -76,6 +80,7 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
+    worn = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
     rig = at_level(rig, detail)
     offsets = None if offsets is None else kept_by(rig, offsets)
     fitted = keys_kept_by(rig, fitted)
@@ -85,7 +90,7 @@ def write_mesh(
         if suffix == ".blend":
             _write_blend(job.beside(path), rig, parameters, offsets, fitted, _called(path), names)
             return
-        shape = rig_shape(rig, parameters, offsets, targets)
+        shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
         if suffix == ".fbx":
             _write_fbx(job.beside(path), rig, shape, parameters, _called(path))
             return
@@ -192,7 +197,7 @@ def _write_glb(path: Path, shape: Shape, name: str) -> None:
     path.write_bytes(
         gltf.glb(
             shape.points, shape.triangles, colours, shape.moves, name,
-            surface=surface, skeleton=shape.skeleton,
+            surface=surface, skeleton=shape.skeleton, worn=shape.worn,
         )
     )  # fmt: skip
 
@@ -203,7 +208,26 @@ def _write_glb(path: Path, shape: Shape, name: str) -> None:
 def _write_obj(path: Path, shape: Shape, name: str) -> None:
     lines = np.concatenate([shape.points, shape.colours[:, :3] / 255], axis=1)
     text = ("v %.7f %.7f %.7f %.4f %.4f %.4f\n" * len(lines)) % tuple(lines.ravel().tolist())
-    path.write_text(f"o {name}\n{text}{_obj_faces(shape)}", encoding="utf-8")
+    others = _obj_worn(shape)
+    path.write_text(f"o {name}\n{text}{_obj_faces(shape)}{others}", encoding="utf-8")
+
+
+def _obj_worn(shape: Shape) -> str:
+    """What the face wears: objects of their own behind it, whose corners are numbered on."""
+    first = len(shape.points) + 1
+    mapped = 1 if shape.texture is None else 1 + len(shape.texture.points)
+    out = []
+    for thing in shape.worn:
+        colours = srgb(np.clip(thing.shade[:, None] * np.array(thing.colour), 0, 1))
+        lines = np.concatenate([thing.points, colours], axis=1)
+        out.append(f"o {thing.name}\n")
+        out.append(("v %.7f %.7f %.7f %.4f %.4f %.4f\n" * len(lines)) % tuple(lines.ravel()))
+        out.append(("vt %.6f %.6f\n" * len(thing.uv)) % tuple(thing.uv.ravel().tolist()))
+        corners = np.stack([thing.quads + first, thing.quads + mapped], axis=2).reshape(-1, 8)
+        faces = "f %d/%d %d/%d %d/%d %d/%d\n" * len(corners)
+        out.append(f"g {thing.name}\n{faces % tuple(corners.ravel().tolist())}")
+        first, mapped = first + len(thing.points), mapped + len(thing.uv)
+    return "".join(out)
 
 
 def _obj_faces(shape: Shape) -> str:

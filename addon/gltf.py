@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.gltf_skeleton import followed, nodes, to_bones
-from facs_rig.bones import Skeleton
+from facs_rig.bones import BONES, Skeleton
 from facs_rig.mesh import corner_matrix, is_shape
+from facs_rig.shape import Worn
 
 STILL = 0.00025
 """Metres: smaller movements are left out. A pixel is about that, on a head that fills a screen."""
@@ -67,6 +68,7 @@ def glb(
     *,
     surface: Surface | None = None,
     skeleton: Skeleton | None = None,
+    worn: Sequence[Worn] = (),
 ) -> bytes:
     """A mesh with morph targets as the bytes of a .glb.
 
@@ -81,6 +83,7 @@ def glb(
     surface : each material is a primitive with its own vertices: those that it has of the mesh, in
         their order, and behind them the doubles at seams
     skeleton : bones in the pose of `vertices`, and how far these follow them
+    worn : what the face wears, each as a mesh of its own; with it there must be a skeleton
 
     Raises ValueError for arrays of other shapes.
     """
@@ -123,9 +126,17 @@ def glb(
     tree: dict[str, Any] = {"nodes": [{"name": name, "mesh": 0}], "scenes": [{"nodes": [0]}]}
     if surface is not None:
         tree["materials"] = [_material(piece.finish) for piece in pieces if piece.finish]
+    meshes = [mesh]
+    for thing in worn:
+        meshes.append(_worn(file, thing, len(tree.setdefault("materials", []))))
+        finish = Finish(thing.name, thing.lightest, thing.roughness)
+        tree["materials"].append(_material(finish) | {"doubleSided": True})
+        tree["scenes"][0]["nodes"].append(len(tree["nodes"]))
+        tree["nodes"].append({"name": thing.name, "mesh": len(meshes) - 1})
     if skeleton is not None:
         first = len(tree["nodes"])
-        tree["nodes"][0]["skin"] = 0
+        for node in tree["nodes"]:
+            node["skin"] = 0
         tree["nodes"] += nodes(skeleton, first)
         tree["scenes"][0]["nodes"].append(first)
         joints = list(range(first, first + len(skeleton.bones)))
@@ -136,9 +147,30 @@ def glb(
         extensionsUsed=[EXTENSION],
         extensionsRequired=[EXTENSION],
         scene=0,
-        meshes=[mesh],
+        meshes=meshes,
         **tree,
     )
+
+
+def _worn(file: _File, thing: Worn, material: int) -> dict[str, Any]:
+    """The mesh of what a face wears, which follows its head."""
+    n, triangles = len(thing.points), thing.triangles
+    light = _Light(np.ascontiguousarray(thing.points, np.float32), triangles)
+    places = np.clip(thing.uv, 0, 1) * (1, -1) + (0, 1)
+    share = np.clip(thing.shade / max(float(thing.shade.max()), 1e-6), 0, 1)
+    colours = np.rint(255 * np.stack([share, share, share, np.ones(n)], axis=1))
+    attributes = {
+        "POSITION": file.vertices(thing.points.astype(np.float32), FLOAT),
+        "NORMAL": file.vertices(_stored(light.normals.T, BYTE), BYTE),
+        "TEXCOORD_0": file.vertices(np.rint(65535 * places).astype(np.uint16), UNSIGNED_SHORT),
+        "COLOR_0": file.vertices(colours.astype(np.uint8), UNSIGNED_BYTE),
+    }
+    follows = np.zeros((n, 4), np.uint8)
+    for name, bone in (("JOINTS_0", BONES.index("head")), ("WEIGHTS_0", 255)):
+        follows[:, 0] = bone
+        attributes[name] = file.vertices(follows, UNSIGNED_BYTE, name == "WEIGHTS_0")
+    primitive = {"attributes": attributes, "indices": file.indices(triangles, n)}
+    return {"name": thing.name, "primitives": [primitive | {"material": material}]}
 
 
 def _material(finish: Finish) -> dict[str, Any]:

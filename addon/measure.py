@@ -117,6 +117,7 @@ class Comparison:
     place : finds the camera for a face, as the fit's was found before it began
     hair : (k, 2) pixels -> (k,) whether hair is drawn there, or None: no line of it is a face's
     max_delta : as Tweakables has it; every distance is cut there
+    beside : (k, 2) pixels -> (k,) whether the face's hair has no place there, or None without hair
     seconds : what was worked out -> how long it took
     """
 
@@ -127,6 +128,7 @@ class Comparison:
     place: Callable[[FaceParameters], Camera]
     hair: Callable[[NDArray], NDArray] | None
     max_delta: float
+    beside: Callable[[NDArray], NDArray] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
     @cached_property
@@ -159,7 +161,10 @@ class Comparison:
         """What of the drawing has no place on the face; (k, 2) pixels of the drawing each."""
         lines = self._lines.lines
         start = perf_counter()
-        found = unmatched_lines(self.drawn, lines, self.fitted.camera)
+        drawn = self.drawn
+        if self.beside is not None and len(drawn.points):
+            drawn = drawn.some(self.beside(drawn.points))
+        found = unmatched_lines(drawn, lines, self.fitted.camera)
         self.seconds["unmatched"] = perf_counter() - start
         return found
 

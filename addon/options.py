@@ -10,12 +10,15 @@ from facs_rig import CONTROL_NAMES, LANDMARKS, MAX_INTENSITY
 from facs_rig.common.box import Box
 from facs_rig.common.errors import InputError
 from facs_rig.common.settings import check_settings, setting
+from facs_rig.hair.mesh import KINDS
 from facs_rig.parameters import nearest
 from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
 
 METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
 UNMATCHED = ("ignore", "engrave", "emboss")
+# What is made of drawn hair: a surface with locks on it, that surface alone, or nothing.
+HAIR = (*KINDS, "ignore")
 MOST_EXAGGERATED = 3.0
 
 
@@ -33,6 +36,7 @@ class FitOptions:
     slide over the shaded face, with all the tweakables of its table (chapter 3)
     exaggerate : how much of what makes the person and the expression is shown: 1 as drawn, less for
     plainer, more for a caricature
+    hair : one of HAIR; the thesis' method makes none
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
     which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
 
@@ -52,6 +56,7 @@ class FitOptions:
         0.0,
         MOST_EXAGGERATED,
     )
+    hair: str = setting("locks", "Hair", "What is made of drawn hair", choices=HAIR)
     strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
     stroke_depth: float = setting(
         1.2,

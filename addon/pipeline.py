@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from addon.drawing import Drawing, load_drawing
 from addon.export import file_to_core, write_mesh
+from addon.hair import beside_hair, hair_of
 from addon.measure import Comparison
 from addon.options import METHODS, UNMATCHED, FitOptions
 from addon.placement import camera_for, head_in
@@ -34,6 +35,8 @@ from facs_rig.common.files import Outputs
 from facs_rig.common.polylines import line_length
 from facs_rig.exaggeration import exaggerated
 from facs_rig.fitted_keys import FittedKey, offsets_at
+from facs_rig.hair.cut import Cut
+from facs_rig.hair.mesh import KINDS, HairMesh, hair_mesh
 from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
 
@@ -44,7 +47,7 @@ __all__ = [
 
 Progress = Callable[[int, int], None]
 Shaped = Callable[[FaceParameters, NDArray[np.float32], tuple[FittedKey, ...]], None]
-STAGES = ("read", "detect", "align", "fit", "carve")
+STAGES = ("read", "detect", "align", "fit", "hair", "carve")
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,8 @@ class FaceFit:
     upright however the sketch was handed in.
 
     fitted : what the method found, what was carved into it, exaggerated
+    cut : the hair, for a person of `parameters`; None for a bald one, and where it is ignored
+    hair_kind : of facs_rig.hair.mesh.KINDS
     compared : the face held against the sketch, before strokes were carved into it or it was
     exaggerated
     """
@@ -62,6 +67,8 @@ class FaceFit:
     rig: FaceRig
     fitted: Fitted
     compared: Comparison
+    cut: Cut | None
+    hair_kind: str
     stages_s: dict[str, float]
 
     @property
@@ -91,6 +98,13 @@ class FaceFit:
     def vertices(self) -> NDArray[np.float32]:
         """(n, 3) metres, posed and fitted."""
         return self.fitted.vertices
+
+    @cached_property
+    def hair(self) -> HairMesh | None:
+        """The hair as a mesh, if there is any."""
+        if self.cut is None:
+            return None
+        return hair_mesh(self.rig, self.parameters.identity, self.cut, self.hair_kind)
 
     @property
     def drawn(self) -> Lines:
@@ -155,26 +169,33 @@ def fit(
     clock.lap("align")
 
     strategy = as_thesis if options.method == "thesis" else by_lines
-    fitted = strategy(drawing, detection, rig, expression, camera, options)
-    template = FaceParameters(head=expression.head)
-    max_delta = options.tweakables.max_delta
-    hair = detection.mask.hides if detection.mask else None
-    compared = Comparison(drawing.image, rig, fitted, template, place, hair, max_delta)
-    carves = options.strokes != "ignore"
+    as_drawn = strategy(drawing, detection, rig, expression, camera, options)
+    fitted, carves = as_drawn, options.strokes != "ignore"
     if not carves:
-        fitted = _exaggerated(fitted, rig, options.exaggerate)
+        fitted = _exaggerated(as_drawn, rig, options.exaggerate)
         if shaped:
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("fit")
 
+    wears = options.hair != "ignore" and options.method != "thesis"
+    page, cut = hair_of(drawing, detection, rig, as_drawn) if wears else (None, None)
+    clock.lap("hair")
+
+    compared = Comparison(
+        drawing.image, rig, as_drawn, FaceParameters(head=expression.head), place,
+        detection.mask.hides if detection.mask else None, options.tweakables.max_delta,
+        partial(beside_hair, page) if page and cut else None,
+    )  # fmt: skip
     if carves:
         lost = compared.unmatched
         clock.skip()
-        fitted = _exaggerated(_carved(fitted, lost, rig, options), rig, options.exaggerate)
+        carved = _carved(as_drawn, lost, rig, options)
+        fitted = _exaggerated(carved, rig, options.exaggerate)
         if shaped:
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
-    return FaceFit(drawing, detection, rig, fitted, compared, clock.laps)
+    kind = options.hair if wears else KINDS[0]
+    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps)
 
 
 def read_expression(
@@ -208,12 +229,20 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "faces": face.detection.faces_to_json(face.drawing.matrix),
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
+        "hair": _hair_to_json(face.cut),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
             {"polyline": line.tolist(), "length_px": line_length(line)} for line in face.unmatched
         ],
         "timings_s": face.timings_s,  # the last, when all has been measured
     }
+
+
+def _hair_to_json(cut: Cut | None) -> dict[str, Any] | None:
+    """What kind of hair it is."""
+    if cut is None:
+        return None
+    return {"falls": cut.hangs, "curl": round(cut.curl, 3), "colour": round(cut.colour, 3)}
 
 
 def preview(face: FaceFit) -> NDArray[np.uint8]:
@@ -229,6 +258,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.posed(aside),
         face.camera,
         face.compared.unmatched,
+        face.hair,
     )
 
 
@@ -240,7 +270,7 @@ def write_face(
     detail : the level, one of facs_rig.levels.LEVELS
     """
     write_mesh(
-        Path(path), face.rig, face.parameters, face.offsets, face.keys,
+        Path(path), face.rig, face.parameters, face.offsets, face.keys, face.hair,
         detail=detail, outputs=outputs,
     )  # fmt: skip
 

@@ -66,7 +66,7 @@ def panels(
         face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
         other = paint(rig, aside, _beside(aside, camera), identity)
     else:
-        face = paint(rig, fitted, camera, identity, hair)
+        face = paint(rig, fitted, camera, identity, hair).astype(float)
         other = paint(rig, aside, _beside(_with(aside, hair), camera), identity, hair)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 

@@ -17,6 +17,35 @@ from facs_rig.uv import TextureMap
 
 
 @dataclass(frozen=True)
+class Worn:
+    """What a face wears: a surface of its own, which follows its head.
+
+    points : (n, 3) float32, metres, core axes, posed      quads : (q, 4) int
+    uv : (n, 2) float, 0..1, v up      shade : (n,) float, of the colour, 1 as it is
+    colour : linear RGB      roughness : 0 mirror to 1 chalk
+    """
+
+    name: str
+    points: NDArray[np.float32]
+    quads: NDArray[np.integer]
+    uv: NDArray[np.floating]
+    shade: NDArray[np.floating]
+    colour: tuple[float, float, float]
+    roughness: float
+
+    @property
+    def triangles(self) -> NDArray[np.integer]:
+        """(2 q, 3) the halves of the quads."""
+        return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
+
+    @property
+    def lightest(self) -> tuple[float, float, float, float]:
+        """The colour where its shade is lightest, linear RGBA up to 1."""
+        red, green, blue = (min(float(c * self.shade.max()), 1.0) for c in self.colour)
+        return red, green, blue, 1.0
+
+
+@dataclass(frozen=True)
 class Shape:
     """A surface in metres and core axes (y up, z to the viewer).
 
@@ -28,6 +57,7 @@ class Shape:
     texture : where the corners lie on a texture, if anybody has said so
     skeleton : bones in this pose, if anybody has said so
     moves : name -> (n, 3) float32, what each morph target adds to `points`
+    worn : what it wears
     """
 
     points: NDArray[np.float32]
@@ -41,6 +71,7 @@ class Shape:
     texture: TextureMap | None = None
     skeleton: Skeleton | None = None
     moves: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    worn: tuple[Worn, ...] = ()
 
     @property
     def triangles(self) -> NDArray[np.integer]:

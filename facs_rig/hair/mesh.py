@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from ..common.errors import InputError
 from ..looks import colours_of
 from ..rig import FaceRig
+from ..shape import Worn
 from .cut import Cut
 from .follow import Bound, bind
 from .locks import hair
 from .shell import shell
 
-KINDS = ("surface", "locks")
+KINDS, NAME = ("locks", "surface"), "hair"
 DETAIL = 0.5  # of locks; see `locks.hair`
 OUTER, INNER = 0.65, 0.15  # how light the two sheets of the shell are: what lies under locks
 LOOSE = 0.20  # how much lighter or darker than the hair a lock may be
@@ -52,6 +53,11 @@ class HairMesh:
     def on(self, vertices: NDArray) -> NDArray[np.float32]:
         """(n, 3) metres, the points on a posed face (v, 3) of the rig."""
         return self.bound.points(vertices)
+
+    def worn_on(self, vertices: NDArray) -> Worn:
+        """The same as a face wears it in a file."""
+        points = self.on(vertices)
+        return Worn(NAME, points, self.quads, self.uv, self.shade, self.colour, ROUGHNESS)
 
 
 def hair_mesh(

@@ -17,9 +17,9 @@ from scipy.ndimage import grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
-from facs_rig.hair.head import WIDEST, Head, head_of
+from facs_rig.hair.head import WIDEST, head_of
 from facs_rig.hair.presets import HAIRLINE, LYING
-from facs_rig.hair.shell import edge_heights, shell_on
+from facs_rig.hair.shell import shell_on
 
 from .region import PageHair
 from .sight import Outline, Sight
