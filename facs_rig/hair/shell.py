@@ -26,6 +26,7 @@ DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at i
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
 GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
+AROUND_EDGE = 0.12  # radians by which columns bend where they would cross the edge
 WAVELENGTH = 0.055  # metres of a wave of hair
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
@@ -140,11 +141,12 @@ def _paths(
     t = np.clip(along / arc[:, None], 0, 1) * turn[:, None]
     ways = (np.sin(turn[:, None] - t)[..., None] * starts[:, None]
             + np.sin(t)[..., None] * ends[:, None]) / np.sin(turn)[:, None, None]  # fmt: skip
-    # On their way columns go around what the edge goes around, an ear say.
+    # On their way columns go around what the edge goes around, an ear say, and keep their order.
     around = np.arctan2(ways[..., 0], ways[..., 2])
     edge_on_way = np.interp(around, azimuth, np.arctan2(*rise), period=2 * np.pi)
-    elevation = np.maximum(np.arcsin(np.clip(ways[..., 1], -1, 1)), edge_on_way)
-    ways = _ways(around, elevation)
+    above = np.arcsin(np.clip(ways[..., 1], -1, 1)) - edge_on_way
+    above = (above + np.sqrt(above**2 + (AROUND_EDGE * (1 - share)) ** 2)) / 2
+    ways = _ways(around, np.minimum(edge_on_way + above, np.pi / 2))
     return ways, np.maximum(along - arc[:, None], 0), along
 
 
@@ -163,7 +165,7 @@ def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
         up, half = WHORL
         if cut.balls and cut.balls[0].line[0, 1] > 0:  # hair runs to where it is gathered
             up = _elevation(head, cut.balls[0].line[0])
-        tilt = up + half * (2 * t - 1)  # from behind
+        tilt = up + half * (1 - 2 * t)  # from behind
         return np.stack([0 * t, np.sin(tilt), -np.cos(tilt)], axis=-1)
     lean = cut.part
     height = max(float(edge_heights(cut, np.array(lean))), 0.56)
