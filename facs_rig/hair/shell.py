@@ -26,7 +26,6 @@ DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at i
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
 GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
-AROUND_EDGE = 0.12  # radians by which columns bend where they would cross the edge
 WAVELENGTH = 0.055  # metres of a wave of hair
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
@@ -124,30 +123,42 @@ def _azimuths(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
 def _paths(
     head: Head, cut: Cut, azimuth: NDArray, share: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Unit ways from the head's middle (c, r, 3), metres fallen and metres from the root (c, r)."""
+    """Unit ways from the head's middle (c, r, 3), metres fallen and metres from the root (c, r).
+
+    On the skull what hair covers is seen as a disc, the crown its middle and the edge its rim.
+    There columns are straight, so that they neither cross nor leave it: an ear they go around.
+    """
     widest = head.middle[1] - head.eyes[1]
     edge = head.metres(edge_heights(cut, azimuth))
     low = head.metres(np.array(-1.6))  # what goes deeper without falling would leave the neck
     falls = cut.hangs & (edge < widest)
     at = np.where(falls, widest, np.maximum(edge, low))
-    rise = at - widest, head.levels(head.axis, azimuth, at)
-    ends = _ways(azimuth, np.arctan2(*rise))
-    starts = _starts(head, cut, len(azimuth))
+    rim = np.arctan2(at - widest, head.levels(head.axis, azimuth, at))
+
+    def reach(around: NDArray) -> NDArray:
+        """Radians from the crown to the edge."""
+        return np.pi / 2 - np.interp(around, azimuth, rim, period=2 * np.pi)
+
+    starts, ends = _starts(head, cut, len(azimuth)), _ways(azimuth, rim)
     turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
-    turn = np.maximum(turn, 1e-3)
-    size = head.above - widest
-    arc, fall = turn * size * 1.15, np.where(falls, widest - edge, 0.0)
+    arc = np.maximum(turn, 1e-3) * (head.above - widest) * 1.15
+    fall = np.where(falls, widest - edge, 0.0)
     along = share * (arc + fall)[:, None]
-    t = np.clip(along / arc[:, None], 0, 1) * turn[:, None]
-    ways = (np.sin(turn[:, None] - t)[..., None] * starts[:, None]
-            + np.sin(t)[..., None] * ends[:, None]) / np.sin(turn)[:, None, None]  # fmt: skip
-    # On their way columns go around what the edge goes around, an ear say, and keep their order.
-    around = np.arctan2(ways[..., 0], ways[..., 2])
-    edge_on_way = np.interp(around, azimuth, np.arctan2(*rise), period=2 * np.pi)
-    above = np.arcsin(np.clip(ways[..., 1], -1, 1)) - edge_on_way
-    above = (above + np.sqrt(above**2 + (AROUND_EDGE * (1 - share)) ** 2)) / 2
-    ways = _ways(around, np.minimum(edge_on_way + above, np.pi / 2))
+    t = np.clip(along / arc[:, None], 0, 1)
+    around, elevation = _angles(starts)
+    root = np.minimum((np.pi / 2 - elevation) / reach(around), 0.97)
+    x, z = (
+        (1 - t) * (root * turned(around))[:, None] + t * turned(azimuth)[:, None]
+        for turned in (np.sin, np.cos)
+    )
+    around = np.arctan2(x, z)
+    ways = _ways(around, np.pi / 2 - np.hypot(x, z) * reach(around))
     return ways, np.maximum(along - arc[:, None], 0), along
+
+
+def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:
+    """Azimuths and elevations (...) of unit vectors (..., 3)."""
+    return np.arctan2(ways[..., 0], ways[..., 2]), np.arcsin(np.clip(ways[..., 1], -1, 1))
 
 
 def _ways(azimuth: NDArray, elevation: NDArray) -> NDArray[np.float64]:
