@@ -268,7 +268,7 @@ def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArr
     wave = 0.004 * cut.wave * np.sin(2 * np.pi * along / WAVELENGTH + wave_phase(azimuth)[:, None])
     bumps = np.cos(13 * azimuth)[:, None] * np.cos(2 * np.pi * along / 0.03)
     bumps = bumps + 0.6 * np.cos(2 * np.pi * along / 0.021 + 7 * np.cos(5 * azimuth)[:, None])
-    return rising * (wave + 0.0042 * cut.curl * bumps)
+    return rising * (wave + 0.003 * cut.curl * bumps)
 
 
 @lru_cache(maxsize=8)
