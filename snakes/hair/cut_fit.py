@@ -58,6 +58,9 @@ BARE, HAIRY = 0.86, 0.75
 that is taken for a gap in what was seen."""
 HIGHEST = 0.93
 """Of an edge."""
+LIDS, EYES = 0.1, np.radians(32)
+"""Height above the eyes that a fringe keeps, and radians from the front to which it does: a face
+that is to be posed needs both eyes."""
 
 
 def fit_cut(
@@ -98,7 +101,7 @@ def _hangs(sight: Sight, outline: Outline) -> bool:
     for side in (-1, 1):
         behind = float(_away(sight.azimuth + side * np.pi / 2)) + NAPE
         nape = float(np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T))
-        if sight.lowest(outline, side) < min(HUNG, nape - BELOW) and sight.over_ear(side):
+        if sight.lowest(outline, side) < min(HUNG, nape - BELOW) and sight.is_mane(side):
             return True
     return False
 
@@ -142,7 +145,8 @@ def _edges(
     if hangs:
         closed = grey_opening(edge, GAP, mode="wrap")
         edge = np.where(_away(ANGLES) > SIDES, closed, edge)
-    edge = np.clip(edge, HEIGHTS[-1], HIGHEST)
+    clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
+    edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
 
 

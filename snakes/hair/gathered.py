@@ -58,8 +58,8 @@ def _ball(sight: Sight, piece: NDArray) -> Ball | None:
     if length < ROUND * area / max(length, 1e-9):
         radius = min(np.sqrt(area / np.pi) / sight.unit, THICK)
         middle = cells.mean(axis=0)
-        line = np.stack([middle + t * (middle - root) for t in (-0.9, 0.0, 0.9)])
-        return Ball(_on_head(sight, line), radius * np.array([0.75, 1.0, 0.75]))
+        line = np.stack([middle + t * (middle - root) for t in (-1.2, 0.0, 1.2)])
+        return Ball(_on_head(sight, line), radius * np.array([0.9, 1.1, 0.9]))
     cut = np.linspace(0, length + 1e-6, PLACES + 1)
     bins = [(along >= a) & (along < b) for a, b in zip(cut[:-1], cut[1:], strict=True)]
     line = np.stack([root, *(cells[which].mean(axis=0) for which in bins if which.any())])

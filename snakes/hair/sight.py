@@ -27,6 +27,8 @@ KNOT = (11, 0.025)
 """Rays side by side that a knot of hair is narrower than, and metres by which it juts out."""
 EAR, BEHIND_EAR, OFF = (0.1, -0.2), np.radians(88), 0.012
 """Heights of the middle of an ear, its azimuth, and metres that it stands off."""
+CHIN, TAIL = 0.13, 0.062
+"""Metres from the head's middle down to the mouth, and the width of a wide tail."""
 RIM = (np.radians(62), np.radians(125))
 """Azimuths from the view between which something hangs that is seen beside the head."""
 CHEEKS, BACK = np.radians(58), 0.15
@@ -245,9 +247,17 @@ class Sight:
         widest = self.head.middle[1] - self.head.eyes[1]
         return float(self.head.height(widest - (level + 1) * LEVEL / self._upright))
 
-    def over_ear(self, side: int) -> bool:
-        """Whether hair is drawn where the ear is at the picture's left (-1) or right (1), or where
-        it would be hidden by the cheek."""
+    def is_mane(self, side: int) -> bool:
+        """Whether what hangs at the picture's left (-1) or right (1) falls from the whole side: it
+        covers the ear, or is wider than a tail."""
+        at, away = self._polar(np.argwhere(self.page.hair)[:, ::-1].astype(float))
+        first = RAYS + (LEVELS if side > 0 else 0) + int(CHIN / LEVEL)
+        below = (at >= first) & (at < first + LEVELS - int(CHIN / LEVEL)) & (away > BESIDE)
+        wide = np.unique(at[below], return_counts=True)[1] / (LEVEL * self.unit**2)
+        return bool(len(wide) and np.quantile(wide, 0.75) > TAIL) or self._over_ear(side)
+
+    def _over_ear(self, side: int) -> bool:
+        """Whether hair is drawn where the ear is at a side, or where it is behind the cheek."""
         heights = np.linspace(*EAR, 8)
         ring = self.surface(heights, False, np.full(len(ANGLES), OFF))
         at = np.round(self.cells(ring[np.abs(ANGLES - side * BEHIND_EAR % (2 * np.pi)).argmin()]))
