@@ -66,22 +66,26 @@ def picture(
     plain = np.array(palette["brows"].colour[:3])
     dark = np.full(len(under.points), 0.65)
     dark[under.inner] = 0.15
-    colours = [
+    colours: list[NDArray] = [
         painted(rig).colours(palette)[:, :3],
         dark[:, None] * plain,
         (1 + TONES * locks.tone)[:, None] * plain,
     ]
-    strands = [np.zeros_like(face), _strands(under), _locks_ahead(locks)]
+    strands: list[NDArray] = [np.zeros_like(face), _strands(under), _locks_ahead(locks)]
     vertices = [part for part, _ in parts]
     points, normal, strand = (
         seen_from(np.concatenate(some), yaw) for some in (vertices, normals, strands)
     )
     firsts = np.cumsum([0, *(len(part) for part, _ in parts)])
     triangles = np.concatenate([t + n for (_, t), n in zip(parts, firsts, strict=False)])
-    box = np.array([[-0.17, -0.20, 0], [0.17, 0.20, 0]])
+    box = np.array([[-0.17, -0.185, 0], [0.17, 0.215, 0]])
     camera = Camera.framing(box, round(0.85 * size) * FINER, size * FINER, 0.0)
     owner = np.cumsum(locks.uv[:, 1] < np.roll(locks.uv[:, 1], 1))
-    hairs = [np.zeros(len(face)), 300 * under.uv[:, 0], 11 * owner + 9 * locks.uv[:, 0]]
+    hairs: list[NDArray] = [
+        np.zeros(len(face)),
+        300 * under.uv[:, 0],
+        11 * owner + 9 * locks.uv[:, 0],
+    ]
     return _lit(
         points, triangles, camera, np.concatenate(colours), normal, strand, np.concatenate(hairs)
     )

@@ -22,11 +22,12 @@ FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
 COARSE, FINE = (36, 11), (72, 20)  # columns and rows of the shell from detail 0 to FINE_FROM
 FINE_FROM = 0.4
 LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls are shorter
-SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl
+SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl or wave
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
 BEYOND = (0.001, 0.018)  # metres that tips reach beyond the edge of hair that lies, that falls
+CURLY = 0.5  # curl from which on locks are plain ribbons
 DOWN = (0.0, 1.0)  # the field of hair that follows the columns
-PITCH = 0.019  # metres of a turn of a curl
+PITCH = 0.025  # metres of a turn of a curl
 
 
 @dataclass(frozen=True)
@@ -89,19 +90,22 @@ def locks(
     if field.shape != (*shell.outer.shape, 2):
         wanted = " x ".join(map(str, (*shell.outer.shape, 2)))
         raise InputError(f"the field of the locks must be {wanted} numbers, got {field.shape}")
-    segments = round(SEGMENTS[0] + cut.curl * (SEGMENTS[1] - SEGMENTS[0]))
+    segments = round(SEGMENTS[0] + max(cut.curl, cut.wave) * (SEGMENTS[1] - SEGMENTS[0]))
     sheets = _sheets(shell, cut, field)
     area = np.array([_cells(sheet.points).sum() for sheet in sheets])
-    counts = np.floor(max(triangles, 0) // (4 * segments) * area / area.sum()).astype(int)
+    # Curls are many and narrow, and have no room for a ridge.
+    lanes = np.array([-0.5, 0.5] if cut.curl > CURLY else [-0.5, 0.0, 0.5])
+    each = 2 * segments * (len(lanes) - 1)
+    counts = np.floor(max(triangles, 0) // each * area / area.sum()).astype(int)
     parts = [
-        _ribbons(sheet, cut, rng, count, segments, width)
+        _ribbons(sheet, cut, rng, count, segments, width * lanes)
         for sheet, count in zip(sheets, counts, strict=True)
     ]
     points, tone = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-    quads, uv = _strips(len(tone), segments)
+    quads, uv = _strips(len(tone), segments, lanes + 0.5)
     return Locks(
         points.reshape(-1, 3).astype(np.float32), quads, uv,
-        np.repeat(tone, 3 * (segments + 1)).astype(np.float32),
+        np.repeat(tone, len(lanes) * (segments + 1)).astype(np.float32),
     )  # fmt: skip
 
 
@@ -141,9 +145,12 @@ def _cells(grid: NDArray) -> NDArray[np.float64]:
 
 
 def _ribbons(
-    sheet: _Sheet, cut: Cut, rng: np.random.Generator, count: int, segments: int, width: float
+    sheet: _Sheet, cut: Cut, rng: np.random.Generator, count: int, segments: int, lanes: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """Points (count, segments + 1, 3 across, 3) and tones (count,) of locks on a sheet."""
+    """Points (count, segments + 1, lanes, 3) and tones (count,) of locks on a sheet.
+
+    lanes : (2,) or (3,) metres of a lock's points from its middle
+    """
     grid = sheet.points
     across = (np.roll(grid, -1, axis=0) - np.roll(grid, 1, axis=0)) / 2
     along = np.gradient(grid, axis=1)
@@ -158,11 +165,11 @@ def _ribbons(
     aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     t = np.linspace(0, 1, segments + 1)
     taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
-    wide = width * (1 - 0.45 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
-    sides = (np.array([-0.5, 0.0, 0.5]) * wide[..., None])[..., None] * aside[:, :, None]
+    wide = (1 - 0.2 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
+    sides = (lanes * wide[..., None])[..., None] * aside[:, :, None]
     low, high = RAISED
     ridge = high * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(2.5 * t, 0, 1)
-    height = np.stack([0 * ridge + low, low + ridge, 0 * ridge + low], axis=-1)
+    height = low + ridge[..., None] * np.array([0.0, 1.0, 0.0])[: len(lanes)]
     points = middle[:, :, None] + sides + height[..., None] * up[:, :, None]
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)
 
@@ -177,7 +184,7 @@ def _traced(
     """(count, segments + 1, 2) columns and rows along locks. metres : (c, r, 2) of one of each"""
     columns, rows = sheet.points.shape[:2]
     place = _seeds(sheet.points, rng, count)
-    length = LENGTH[int(cut.hangs)] * (1 - 0.7 * cut.curl) * rng.uniform(0.6, 1.2, count)
+    length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
     share = rng.uniform(0, 1, count)
     path = np.empty((count, segments + 1, 2))
@@ -229,16 +236,20 @@ def _bent(
     wave = 0.006 * cut.wave * rising * np.cos(2 * np.pi * root / WAVELENGTH + phase)
     turn = 2 * np.pi * (root / PITCH + rng.uniform(0, 1, count)[:, None])
     turn = turn * rng.choice([-1.0, 1.0], count)[:, None]
-    size = 0.0055 * cut.curl * rising * rng.uniform(0.7, 1.2, count)[:, None]
+    early = np.clip(0.3 + root / 0.03, 0, 1)
+    size = 0.007 * cut.curl * early * rng.uniform(0.7, 1.2, count)[:, None]
     lateral, lift = wave + size * np.cos(turn), size * (0.9 + np.sin(turn))
     return middle + lateral[..., None] * aside + lift[..., None] * up
 
 
-def _strips(count: int, segments: int) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Quads (q, 4) and uv (n, 2) of `count` ribbons, three points across."""
-    number = np.arange(count * (segments + 1) * 3).reshape(count, segments + 1, 3)
+def _strips(
+    count: int, segments: int, across: NDArray
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Quads (q, 4) and uv (n, 2) of `count` ribbons. across : (lanes,) u of their points"""
+    lanes = len(across)
+    number = np.arange(count * (segments + 1) * lanes).reshape(count, segments + 1, lanes)
     a, b = number[:, :-1], number[:, 1:]
     quads = np.stack([a[..., :-1], a[..., 1:], b[..., 1:], b[..., :-1]], axis=-1)
-    v, u = np.meshgrid(np.linspace(0, 1, segments + 1), (0.0, 0.5, 1.0), indexing="ij")
+    v, u = np.meshgrid(np.linspace(0, 1, segments + 1), across, indexing="ij")
     uv = np.tile(np.stack([u, v], axis=-1).reshape(-1, 2), (count, 1))
     return quads.reshape(-1, 4).astype(np.int32), uv.astype(np.float32)

@@ -123,29 +123,42 @@ def _azimuths(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
 def _paths(
     head: Head, cut: Cut, azimuth: NDArray, share: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Unit ways from the head's middle (c, r, 3), metres fallen and metres from the root (c, r)."""
+    """Unit ways from the head's middle (c, r, 3), metres fallen and metres from the root (c, r).
+
+    On the skull what hair covers is seen as a disc, the crown its middle and the edge its rim.
+    There columns are straight, so that they neither cross nor leave it: an ear they go around.
+    """
     widest = head.middle[1] - head.eyes[1]
     edge = head.metres(edge_heights(cut, azimuth))
     low = head.metres(np.array(-1.6))  # what goes deeper without falling would leave the neck
     falls = cut.hangs & (edge < widest)
     at = np.where(falls, widest, np.maximum(edge, low))
-    rise = at - widest, head.levels(head.axis, azimuth, at)
-    ends = _ways(azimuth, np.arctan2(*rise))
-    starts = _starts(head, cut, len(azimuth))
+    rim = np.arctan2(at - widest, head.levels(head.axis, azimuth, at))
+
+    def reach(around: NDArray) -> NDArray:
+        """Radians from the crown to the edge."""
+        return np.pi / 2 - np.interp(around, azimuth, rim, period=2 * np.pi)
+
+    starts, ends = _starts(head, cut, len(azimuth)), _ways(azimuth, rim)
     turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
-    turn = np.maximum(turn, 1e-3)
-    size = head.above - widest
-    arc, fall = turn * size * 1.15, np.where(falls, widest - edge, 0.0)
+    arc = np.maximum(turn, 1e-3) * (head.above - widest) * 1.15
+    fall = np.where(falls, widest - edge, 0.0)
     along = share * (arc + fall)[:, None]
-    t = np.clip(along / arc[:, None], 0, 1) * turn[:, None]
-    ways = (np.sin(turn[:, None] - t)[..., None] * starts[:, None]
-            + np.sin(t)[..., None] * ends[:, None]) / np.sin(turn)[:, None, None]  # fmt: skip
-    # On their way columns go around what the edge goes around, an ear say.
-    around = np.arctan2(ways[..., 0], ways[..., 2])
-    edge_on_way = np.interp(around, azimuth, np.arctan2(*rise), period=2 * np.pi)
-    elevation = np.maximum(np.arcsin(np.clip(ways[..., 1], -1, 1)), edge_on_way)
-    ways = _ways(around, elevation)
+    t = np.clip(along / arc[:, None], 0, 1)
+    around, elevation = _angles(starts)
+    root = np.minimum((np.pi / 2 - elevation) / reach(around), 0.97)
+    x, z = (
+        (1 - t) * (root * turned(around))[:, None] + t * turned(azimuth)[:, None]
+        for turned in (np.sin, np.cos)
+    )
+    around = np.arctan2(x, z)
+    ways = _ways(around, np.pi / 2 - np.hypot(x, z) * reach(around))
     return ways, np.maximum(along - arc[:, None], 0), along
+
+
+def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:
+    """Azimuths and elevations (...) of unit vectors (..., 3)."""
+    return np.arctan2(ways[..., 0], ways[..., 2]), np.arcsin(np.clip(ways[..., 1], -1, 1))
 
 
 def _ways(azimuth: NDArray, elevation: NDArray) -> NDArray[np.float64]:
@@ -163,7 +176,7 @@ def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
         up, half = WHORL
         if cut.balls and cut.balls[0].line[0, 1] > 0:  # hair runs to where it is gathered
             up = _elevation(head, cut.balls[0].line[0])
-        tilt = up + half * (2 * t - 1)  # from behind
+        tilt = up + half * (1 - 2 * t)  # from behind
         return np.stack([0 * t, np.sin(tilt), -np.cos(tilt)], axis=-1)
     lean = cut.part
     height = max(float(edge_heights(cut, np.array(lean))), 0.56)
@@ -255,7 +268,7 @@ def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArr
     wave = 0.004 * cut.wave * np.sin(2 * np.pi * along / WAVELENGTH + wave_phase(azimuth)[:, None])
     bumps = np.cos(13 * azimuth)[:, None] * np.cos(2 * np.pi * along / 0.03)
     bumps = bumps + 0.6 * np.cos(2 * np.pi * along / 0.021 + 7 * np.cos(5 * azimuth)[:, None])
-    return rising * (wave + 0.0042 * cut.curl * bumps)
+    return rising * (wave + 0.003 * cut.curl * bumps)
 
 
 @lru_cache(maxsize=8)

@@ -9,6 +9,7 @@ again a few times, as one registers surfaces by their outlines.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,6 +22,7 @@ from facs_rig.hair.head import WIDEST, head_of
 from facs_rig.hair.presets import HAIRLINE, LYING
 from facs_rig.hair.shell import shell_on
 
+from .gathered import gathered
 from .region import PageHair
 from .sight import Outline, Sight
 
@@ -56,6 +58,9 @@ BARE, HAIRY = 0.86, 0.75
 that is taken for a gap in what was seen."""
 HIGHEST = 0.93
 """Of an edge."""
+LIDS, EYES = 0.1, np.radians(32)
+"""Height above the eyes that a fringe keeps, and radians from the front to which it does: a face
+that is to be posed needs both eyes."""
 
 
 def fit_cut(
@@ -69,7 +74,7 @@ def fit_cut(
         return None
     head = head_of(rig, parameters.identity)
     sight = Sight.of(page, rig, parameters, vertices, camera, head)
-    outline = sight.outline_of_region()
+    outline = sight.outline_of_region().without_knots()
     hangs = _hangs(sight, outline)
     thick = np.full((AZIMUTHS, STEPS), PLAIN)
     edge, falls = _edges(sight, outline, hangs, thick)
@@ -78,7 +83,7 @@ def fit_cut(
         thick = _thickness(sight, outline, cut, thick, falls)
         edge, falls = _edges(sight, outline, hangs, thick)
         cut = _cut(page, sight, edge, _tapered(thick, falls), hangs)
-    return cut
+    return replace(cut, balls=gathered(sight, cut))
 
 
 def _cut(page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: bool) -> Cut:
@@ -92,11 +97,11 @@ def _cut(page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: boo
 
 
 def _hangs(sight: Sight, outline: Outline) -> bool:
-    """Whether hair falls beside the face, beyond the mouth, and beyond the nape where that is seen."""
+    """Whether hair falls at a side: lower than the mouth, and than the nape where that is seen."""
     for side in (-1, 1):
-        behind = _away(sight.azimuth + side * np.pi / 2) + NAPE
-        nape = np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T)
-        if sight.lowest(outline, side) < min(HUNG, nape - BELOW):
+        behind = float(_away(sight.azimuth + side * np.pi / 2)) + NAPE
+        nape = float(np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T))
+        if sight.lowest(outline, side) < min(HUNG, nape - BELOW) and sight.is_mane(side):
             return True
     return False
 
@@ -140,7 +145,8 @@ def _edges(
     if hangs:
         closed = grey_opening(edge, GAP, mode="wrap")
         edge = np.where(_away(ANGLES) > SIDES, closed, edge)
-    edge = np.clip(edge, HEIGHTS[-1], HIGHEST)
+    clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
+    edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
 
 
@@ -176,8 +182,8 @@ def _around(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 
 
 def _taper(falls: NDArray) -> NDArray[np.float64]:
-    """(48, STEPS) shares of the thickness: what ends on the skin lies on it there, and what falls in
-    front of the ears lies on the cheeks."""
+    """(48, STEPS) shares of the thickness: what ends on the skin lies on it there, and what falls
+    in front of the ears lies on the cheeks."""
     late = np.clip((np.linspace(0, 1, STEPS) - 0.5) / 0.5, 0, 1)
     before, after = TEMPLES
     cheeks = np.clip((_away(ANGLES) - before) / (after - before), 0, 1)[:, None]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.curves import head_frame
@@ -22,6 +23,12 @@ RAYS, LEVELS, LEVEL = 48, 64, 0.007
 metres from one to the next."""
 FINER = (2, 4)
 """Places of a surface between two columns, and between two rows, that its outline is made of."""
+KNOT = (11, 0.025)
+"""Rays side by side that a knot of hair is narrower than, and metres by which it juts out."""
+EAR, BEHIND_EAR, OFF = (0.1, -0.2), np.radians(88), 0.012
+"""Heights of the middle of an ear, its azimuth, and metres that it stands off."""
+CHIN, TAIL = 0.13, 0.062
+"""Metres from the head's middle down to the mouth, and the width of a wide tail."""
 RIM = (np.radians(62), np.radians(125))
 """Azimuths from the view between which something hangs that is seen beside the head."""
 CHEEKS, BACK = np.radians(58), 0.15
@@ -42,6 +49,13 @@ class Outline:
 
     far: NDArray[np.float64]
     cut: NDArray[np.bool_]
+
+    def without_knots(self) -> Outline:
+        """The same without what juts out of it narrowly, as buns do."""
+        rays = self.far[:RAYS]
+        flat = grey_opening(np.where(np.isfinite(rays), rays, 0), KNOT[0], mode="nearest")
+        juts = rays - flat > KNOT[1]
+        return replace(self, far=np.append(np.where(juts, flat, rays), self.far[RAYS:]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +89,8 @@ class Sight:
         middle, above = page.cells(camera.project(places))
         depth = float(camera.relative_depth(places[:1])[0])
         up = above - middle
-        size = np.linalg.norm(up)
-        up = up / size if size > 1e-6 else np.array([0.0, -1.0])
+        length = np.linalg.norm(up)
+        up = up / length if length > 1e-6 else np.array([0.0, -1.0])
         size = float(np.linalg.norm(linear, axis=1).mean())
         unit = size * camera.scale[0] / depth / page.cell
         return cls(page, head, camera, linear, shift, up, middle, unit)
@@ -86,11 +100,17 @@ class Sight:
         return self.page.cells(self.camera.project(points @ self.linear + self.shift))
 
     @property
+    def toward(self) -> NDArray[np.float64]:
+        """(3,) unit vector from the upright head's middle to the camera."""
+        middle = self.head.middle @ self.linear + self.shift
+        toward = self.linear @ self.camera.view_vectors(middle[None])[0]
+        return toward / np.linalg.norm(toward)
+
+    @property
     def azimuth(self) -> float:
         """Where on the upright head the camera stands, radians."""
-        toward = self.linear @ self.camera.view_vectors(
-            (self.head.middle @ self.linear + self.shift)[None])[0]  # fmt: skip
-        return float(np.arctan2(toward[0], toward[2]))
+        x, _, z = self.toward
+        return float(np.arctan2(x, z))
 
     # --- the head's skin ---------------------------------------------------------------------
 
@@ -178,6 +198,32 @@ class Sight:
         Returns (m,) azimuth and share of the way from parting to edge, (m,) metres, and whether
         both are known there.
         """
+        azimuth, share, at, away = self._sheet(hair)
+        order = np.lexsort((away, at))
+        last = np.append(np.flatnonzero(np.diff(at[order])), len(order) - 1)
+        outer = order[last]
+        outer = outer[at[outer] >= 0]
+        there = outline.far[at[outer]]
+        known = np.isfinite(there) & ~outline.cut[at[outer]]
+        i, j = np.divmod(outer, len(share))
+        short = np.where(known, there - away[outer], 0.0)
+        return azimuth[i], share[j], short, known
+
+    def beyond(self, hair: Shell) -> NDArray[np.float64]:
+        """(h, w) metres by which hair on the page lies outside of a surface, 0 where it does not
+        and where there is none."""
+        _, _, at, away = self._sheet(hair)
+        far = np.zeros(RAYS + 2 * LEVELS + 1)
+        np.maximum.at(far, at, away)
+        out = np.zeros(self.page.hair.shape)
+        v, u = np.nonzero(self.page.hair)
+        at, away = self._polar(np.stack([u, v], axis=1).astype(float))
+        out[v, u] = np.where(at >= 0, np.maximum(away - far[at], 0), 0)
+        return out
+
+    def _sheet(self, hair: Shell) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Azimuths (c,) and shares (r,) of a fine grid on a surface's outer sheet, and the ray and
+        the metres out (c r,) of its places."""
         across, down = FINER
         sheet = hair.points[hair.outer].astype(float)
         columns, rows = sheet.shape[:2]
@@ -187,16 +233,7 @@ class Sight:
         sheet = _between(np.concatenate([sheet, sheet[:1]]), column, axis=0)
         turn = np.append(hair.azimuth, 2 * np.pi)
         azimuth = np.interp(column, np.arange(columns + 1), turn)
-        at, away = self._polar(self.cells(sheet).reshape(-1, 2))
-        order = np.lexsort((away, at))
-        last = np.append(np.flatnonzero(np.diff(at[order])), len(order) - 1)
-        outer = order[last]
-        outer = outer[at[outer] >= 0]
-        there = outline.far[at[outer]]
-        known = np.isfinite(there) & ~outline.cut[at[outer]]
-        i, j = np.divmod(outer, len(row))
-        short = np.where(known, there - away[outer], 0.0)
-        return azimuth[i], row[j] / (rows - 1), short, known
+        return azimuth, row / (rows - 1), *self._polar(self.cells(sheet).reshape(-1, 2))
 
     def lowest(self, outline: Outline, side: int) -> float:
         """The height down to which hair hangs at the picture's left (-1) or right (1)."""
@@ -207,15 +244,33 @@ class Sight:
             return WIDEST
         run = np.flatnonzero(np.diff(levels) > 4)
         level = levels[run[0]] if len(run) else levels[-1]
-        return float(self.head.height(np.array(
-            self.head.middle[1] - self.head.eyes[1] - (level + 1) * LEVEL / self._upright)))
+        widest = self.head.middle[1] - self.head.eyes[1]
+        return float(self.head.height(widest - (level + 1) * LEVEL / self._upright))
+
+    def is_mane(self, side: int) -> bool:
+        """Whether what hangs at the picture's left (-1) or right (1) falls from the whole side: it
+        covers the ear, or is wider than a tail."""
+        at, away = self._polar(np.argwhere(self.page.hair)[:, ::-1].astype(float))
+        first = RAYS + (LEVELS if side > 0 else 0) + int(CHIN / LEVEL)
+        below = (at >= first) & (at < first + LEVELS - int(CHIN / LEVEL)) & (away > BESIDE)
+        wide = np.unique(at[below], return_counts=True)[1] / (LEVEL * self.unit**2)
+        return bool(len(wide) and np.quantile(wide, 0.75) > TAIL) or self._over_ear(side)
+
+    def _over_ear(self, side: int) -> bool:
+        """Whether hair is drawn where the ear is at a side, or where it is behind the cheek."""
+        heights = np.linspace(*EAR, 8)
+        ring = self.surface(heights, False, np.full(len(ANGLES), OFF))
+        at = np.round(self.cells(ring[np.abs(ANGLES - side * BEHIND_EAR % (2 * np.pi)).argmin()]))
+        height, width = self.page.hair.shape
+        u, v = np.clip(at.astype(int), 0, (width - 1, height - 1)).T
+        return bool(self.page.hair[v, u].mean() > 0.5)
 
     @property
     def _upright(self) -> float:
         """How long an upright metre is on the page."""
         places = np.stack([self.head.middle, self.head.middle + [0, -0.1, 0]])
         above, below = self.cells(places)
-        return float(max(np.linalg.norm(above - below) / (0.1 * self.unit), 0.3))
+        return max(float(np.linalg.norm(above - below)) / (0.1 * self.unit), 0.3)
 
     def rim(self, side: int) -> NDArray[np.bool_]:
         """(48,) azimuths at which hair is seen beside the head, at the picture's left or right."""

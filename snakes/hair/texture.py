@@ -60,7 +60,8 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
     if not region.any():
         return Strokes(along, coherence)
     part = tuple(
-        slice(max(at.start - 8, 0), at.stop + 8) for at in ndimage.find_objects(region)[0]
+        slice(max(at.start - 8, 0), at.stop + 8)
+        for at in ndimage.find_objects(region.astype(np.uint8))[0]
     )
     soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
     down, across, right = structure_tensor(soft, sigma=NEAR * rows, order="rc")

@@ -1,0 +1,86 @@
+"""Buns and tails: what of the hair on a page no surface around the head reaches."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from facs_rig.hair.cut import Ball, Cut
+from facs_rig.hair.shell import shell_on
+
+from .sight import Sight
+
+__all__ = ["gathered"]
+
+OFF = 0.012
+"""Metres beyond the surface from which on hair is no longer its own."""
+LEAST, MOST = 0.0013, 3
+"""Square metres of hair that may be gathered, and how many of the largest pieces are."""
+ROUND = 1.8
+"""Times as long as wide, from which on it is a tail rather than a bun."""
+THIN, THICK = 0.009, 0.05
+"""Radius in metres of what is gathered."""
+BEHIND = 0.045
+"""Metres behind the head's middle where it is gathered that is seen from the front."""
+TURNED = 0.3
+"""Sine of the head's turn from which on a tail is taken to hang in its plane of symmetry."""
+PLACES = 5
+"""Along a tail."""
+
+
+def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
+    """Buns and tails where the hair on the page lies outside of a cut's surface, the largest first.
+
+    One view does not say how far behind they are: in a head that is turned they lie in its plane of
+    symmetry, else a little behind its middle.
+    """
+    beyond = sight.beyond(shell_on(sight.head, cut)) > OFF
+    label, count = ndimage.label(ndimage.binary_opening(beyond, iterations=2))
+    size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
+    largest = np.argsort(-size)[:MOST] + 1
+    found = [_ball(sight, label == k) for k in largest if size[k - 1] >= LEAST]
+    return tuple(ball for ball in found if ball is not None)
+
+
+def _ball(sight: Sight, piece: NDArray) -> Ball | None:
+    """What is gathered in a piece (h, w) bool of the page; None for a mere rim of the hair."""
+    deep = ndimage.distance_transform_edt(np.pad(piece, 1)).max() / sight.unit
+    if deep < THIN:
+        return None
+    v, u = np.nonzero(piece)
+    cells = np.stack([u, v], axis=1).astype(float)
+    away = np.linalg.norm(cells - sight.middle, axis=1)
+    root = cells[away <= np.quantile(away, 0.05)].mean(axis=0)
+    along = np.linalg.norm(cells - root, axis=1)
+    length = float(along.max())
+    area = len(cells)
+    if length < ROUND * area / max(length, 1e-9):
+        radius = min(np.sqrt(area / np.pi) / sight.unit, THICK)
+        middle = cells.mean(axis=0)
+        line = np.stack([middle + t * (middle - root) for t in (-1.2, 0.0, 1.2)])
+        return Ball(_on_head(sight, line), radius * np.array([0.9, 1.1, 0.9]))
+    cut = np.linspace(0, length + 1e-6, PLACES + 1)
+    bins = [(along >= a) & (along < b) for a, b in zip(cut[:-1], cut[1:], strict=True)]
+    line = np.stack([root, *(cells[which].mean(axis=0) for which in bins if which.any())])
+    wide = [which.sum() / (2 * (cut[1] - cut[0])) / sight.unit for which in bins if which.any()]
+    return Ball(_on_head(sight, line), np.clip([wide[0], *wide], THIN, THICK))
+
+
+def _on_head(sight: Sight, cells: NDArray) -> NDArray[np.float64]:
+    """(k, 3) azimuth, height and metres off the skin of places (k, 2) of the page's grid."""
+    head = sight.head
+    toward = np.array(sight.toward)
+    start = head.middle - [0, 0, BEHIND]
+    axes = np.linalg.svd(toward[None])[2][1:]  # two ways across the view
+    origin = sight.cells(start)
+    steps = np.stack([sight.cells(start + 0.01 * way) - origin for way in axes]) / 0.01
+    places = start + (cells - origin) @ np.linalg.inv(steps) @ axes
+    if abs(toward[0]) > TURNED:
+        far = (head.eyes[0] - places[:, 0]) / toward[0]
+        places = places + far[:, None] * toward
+        places[:, 2] = np.minimum(places[:, 2], start[2])
+    x, y, z = (places - [head.eyes[0], head.eyes[1], head.middle[2]]).T
+    azimuth, far = np.unwrap(np.arctan2(x, z)), np.hypot(x, z)
+    skin = np.where(y > 0.97 * head.above, 0.0, head.levels(head.axis, azimuth, y))
+    return np.stack([azimuth, head.height(y), far - skin], axis=1)

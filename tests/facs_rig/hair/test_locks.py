@@ -1,0 +1,113 @@
+"""Locks are ribbons on the shell: so many, so wide, the way that the hair goes."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from facs_rig import FaceParameters, load_rig
+from facs_rig.common.errors import InputError
+from facs_rig.hair.follow import bind
+from facs_rig.hair.locks import FEWEST, MOST, hair, locks
+from facs_rig.hair.presets import PRESETS, preset
+from facs_rig.hair.shell import shell
+from facs_rig.rotation import rotation
+
+MM = 1e-3
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+def seeded():
+    return np.random.default_rng(7)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_detail_says_how_many_triangles(rig, name):
+    counts = []
+    for detail in (0.0, 0.3, 1.0):
+        made, on = hair(rig, {}, preset(name), seeded(), detail)
+        counts.append(len(made.triangles) + len(on.triangles))
+        want = FEWEST + detail * (MOST - FEWEST)
+        assert 0.93 * want < counts[-1] <= want
+        assert on.uv.min() >= 0
+        assert on.uv.max() <= 1
+        assert np.abs(on.tone).max() <= 1
+        assert len(on.tone) == len(on.uv) == len(on.points) == on.quads.max() + 1
+    assert counts == sorted(counts)
+
+
+def test_a_detail_that_cannot_be(rig):
+    with pytest.raises(InputError, match="from 0 to 1, got 1.2"):
+        hair(rig, {}, preset("crop"), seeded(), 1.2)
+
+
+def test_the_same_generator_makes_the_same_locks(rig):
+    made = shell(rig, {}, preset("curls"))
+    one, same = (locks(made, preset("curls"), seeded(), 4000) for _ in range(2))
+    assert np.array_equal(one.points, same.points)
+    other = locks(made, preset("curls"), np.random.default_rng(8), 4000)
+    assert not np.array_equal(one.points, other.points)
+
+
+def test_locks_lie_on_the_shell_and_their_tips_taper(rig):
+    cut = preset("crop")
+    made = shell(rig, {}, cut, 144, 60)
+    on = locks(made, cut, seeded(), 6000)
+    away = cKDTree(made.points[made.outer].reshape(-1, 3)).query(on.points)[0]
+    assert np.percentile(away, 99) < 6 * MM
+    width = np.linalg.norm(on.points[2::3] - on.points[::3], axis=1)
+    v = on.uv[::3, 1]
+    middle = np.median(width[np.abs(v - 0.5) < 0.1])
+    assert 5 * MM < middle < 14 * MM
+    assert width[v == 1].max() < 0.15 * middle
+    wide = locks(made, cut, seeded(), 6000, width=0.02)
+    assert np.allclose(
+        np.linalg.norm(wide.points[2::3] - wide.points[::3], axis=1), 2 * width, atol=0.1 * MM
+    )
+
+
+def test_locks_run_from_the_parting_to_the_edge(rig):
+    """Without a field down the columns; with one across them, around the head."""
+    cut = preset("bob")
+    made = shell(rig, {}, cut)
+    length = {}
+    for name, way in (("down", (0.0, 1.0)), ("across", (1.0, 0.0))):
+        field = np.broadcast_to(way, (*made.outer.shape, 2))
+        on = locks(made, cut, seeded(), 4000, field=field)
+        ends = on.points[1::3][on.uv[1::3, 1] == 1] - on.points[1::3][on.uv[1::3, 1] == 0]
+        length[name] = np.abs(ends).mean(axis=0)
+    assert length["down"][1] > 3 * length["across"][1]
+    plain = locks(made, cut, seeded(), 4000)
+    down = locks(made, cut, seeded(), 4000, field=np.broadcast_to((0, 3.0), field.shape))
+    assert np.allclose(plain.points, down.points, atol=1e-6)
+
+
+def test_a_field_of_another_shape(rig):
+    cut = preset("bob")
+    with pytest.raises(InputError, match=r"72 x 20 x 2 numbers, got \(3, 2\)"):
+        locks(shell(rig, {}, cut), cut, seeded(), field=np.zeros((3, 2)))
+
+
+def test_hair_turns_with_the_head_and_no_expression_moves_it(rig):
+    made, on = hair(rig, {"age": 0.4}, preset("ponytail"), seeded(), 0.2)
+    points = np.concatenate([made.points, on.points])
+    bound = bind(points, rig, {"age": 0.4})
+    face = FaceParameters({"frontalis": 8, "jaw_open": 6, "smile": 5}, {"age": 0.4})
+    assert np.abs(bound.points(rig.pose(face)) - points).max() < 0.3 * MM
+    turned = FaceParameters({}, {"age": 0.4}, head=(0.5, 0.2, -0.1))
+    want = points @ rotation((0.5, 0.2, -0.1)).T
+    assert np.abs(bound.points(rig.pose(turned)) - want).max() < 0.6 * MM
+
+
+def test_hair_comes_along_to_another_person(rig):
+    """Near to where that person's own would be."""
+    cut = preset("crop")
+    made = shell(rig, {}, cut)
+    bound = bind(made.points, rig)
+    for identity in ({"age": -1.0}, {"gender": 1.0, "weight": 1.0}, {"head_width": 1.0}):
+        own = shell(rig, identity, cut).points
+        moved = np.linalg.norm(bound.points(rig.neutral(identity)) - own, axis=1)
+        assert moved.mean() < 6 * MM

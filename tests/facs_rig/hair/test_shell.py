@@ -1,0 +1,204 @@
+"""A shell is closed, lies outside the head, and hides all of the scalp that it says it covers."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from facs_rig import Camera, load_rig, rasterise, stylised
+from facs_rig.baking.strands import closest_on_skin
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut, mirrored
+from facs_rig.hair.head import WIDEST, head_of
+from facs_rig.hair.locks import hair
+from facs_rig.hair.presets import PRESETS, preset
+from facs_rig.hair.shell import edge_heights, shell
+from facs_rig.mesh import vertex_normals
+from facs_rig.rotation import rotation
+from facs_rig.subdivide import triangulate
+
+MM = 1e-3
+PEOPLE = {
+    "nobody": {},
+    "child": {"age": -1.0},
+    "heavy": {"gender": 1.0, "weight": 1.0, "age": 0.5},
+    "chibi": stylised.preset("chibi"),
+    "brute": stylised.preset("brute"),
+    "elf": stylised.preset("elf"),
+}
+VIEWS = ((0, 0), (45, 0), (90, 0), (-90, 0), (180, 0), (0, 80))  # degrees: yaw and pitch
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig()
+
+
+@pytest.fixture(scope="module")
+def skin(rig):
+    """Triangles of the skin and of what closes the neck, coarser."""
+    corners, starts = rig.lighter["medium"]
+    triangles = triangulate(rig.texture.vertices[corners], starts)
+    part = rig.vertex_part[triangles[:, 0]]
+    return triangles[np.isin(part, [rig.part_names.index(name) for name in ("skin", "bust")])]
+
+
+def random_people():
+    rng = np.random.default_rng(4)
+    return [stylised.drawn_style(rng) for _ in range(3)]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_edge_has_two_triangles_and_all_face_outwards(rig, name):
+    for identity in (*PEOPLE.values(), *random_people()):
+        made = shell(rig, identity, preset(name))
+        mesh = trimesh.Trimesh(made.points, made.triangles, process=False)
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert all(part.volume > 0 for part in mesh.split(only_watertight=False))
+        assert len(mesh.split(only_watertight=False)) == 1 + len(preset(name).balls)
+        assert made.points.dtype == np.float32
+        assert np.isfinite(made.points).all()
+        assert made.uv.min() >= 0
+        assert made.uv.max() <= 1
+
+
+def winding(points, vertices, triangles):
+    """(k,) how often a surface goes around points, 1 inside: Jacobson et al. 2013, "Robust
+    Inside-Outside Segmentation using Generalized Winding Numbers"."""
+    corner = vertices[triangles].astype(np.float32)
+    out = []
+    for point in points.astype(np.float32):
+        a, b, c = np.moveaxis(corner - point, 1, 0)
+        x, y, z = (np.sqrt(np.einsum("tk,tk->t", v, v)) for v in (a, b, c))
+        ab, bc, ca = (np.einsum("tk,tk->t", *pair) for pair in ((a, b), (b, c), (c, a)))
+        volume = np.einsum("tk,tk->t", a, np.cross(b, c))
+        out.append(np.arctan2(volume, x * y * z + ab * z + bc * x + ca * y).sum() / (2 * np.pi))
+    return np.array(out)
+
+
+@pytest.mark.parametrize("who", [who for who in PEOPLE if who != "elf"])
+@pytest.mark.parametrize("name", ["crop", "bob", "long_wavy", "ponytail"])
+def test_nothing_goes_into_the_head(rig, skin, who, name):
+    """But where tails begin, within the hair, and under the ears of an elf."""
+    vertices = rig.neutral(PEOPLE[who])
+    made, locks = hair(rig, PEOPLE[who], preset(name), np.random.default_rng(1), 0.3)
+    rng = np.random.default_rng(2)
+    on = np.unique(np.concatenate([made.outer, made.inner]))
+    tails = sum(ring.size for ring in made.tails)
+    loose = locks.points if not tails else locks.points[: len(locks.points) // 2]
+    for points, most in ((made.points[on], 1.0 * MM), (loose, 3.0 * MM)):
+        some = points[rng.choice(len(points), 45, replace=False)]
+        inside = some[winding(some, vertices, skin) > 0.5]
+        if len(inside):
+            on_skin = closest_on_skin(inside, vertices, skin)[2]
+            assert np.linalg.norm(on_skin - inside, axis=1).max() < most
+
+
+def seen_skin(rig, vertices, made, yaw, pitch):
+    """(k, 3) the places of the skin that the pixels of a picture show, with hair on."""
+    turn = rotation((np.radians(yaw), np.radians(pitch), 0.0)).T
+    triangles = np.concatenate([rig.triangles, made.triangles + len(vertices)])
+    turned = np.concatenate([vertices, made.points]) @ turn
+    camera = Camera.framing(turned, 220, 220, 0.02)
+    owner = np.unique(rasterise(turned, triangles, camera).triangle)
+    owner = owner[(owner >= 0) & (owner < len(rig.triangles))]
+    owner = owner[rig.triangle_part[owner] == rig.part_names.index("skin")]
+    return vertices[rig.triangles[owner]].mean(axis=1)
+
+
+@pytest.mark.parametrize("who", ["nobody", "child", "heavy"])
+@pytest.mark.parametrize("name", ["crop", "side_parting", "long_straight", "bun"])
+def test_no_scalp_shows_through(rig, who, name):
+    """Where hair falls the edge lies below the skin that hair hides: there above the widest."""
+    identity, cut = PEOPLE[who], preset(name)
+    head, vertices = head_of(rig, identity), rig.neutral(identity)
+    made = shell(rig, identity, cut)
+    count = 0
+    for yaw, pitch in VIEWS:
+        shown = seen_skin(rig, vertices, made, yaw, pitch)
+        azimuth = np.arctan2(shown[:, 0], shown[:, 2] - head.middle[2])
+        height = head.height(shown[:, 1] - head.eyes[1])
+        beside = np.radians([[-8], [-4], [0], [4], [8]])
+        edge = edge_heights(cut, azimuth + beside).max(axis=0)
+        above = height > np.maximum(edge, WIDEST if cut.hangs else -9) + 0.07
+        ear = (np.abs(np.abs(azimuth) - np.radians(97)) < np.radians(24)) & (height < 0.3)
+        count += len(shown)
+        above &= height < 0.95  # azimuths meet at the crown
+        assert not (above & ~ear).any(), (yaw, pitch, np.degrees(azimuth[above & ~ear]))
+    assert count > 1000
+
+
+def test_hair_leaves_the_face_free(rig):
+    """All that a fringe does not cover: from brows to chin, from the outer corner of an eye to the
+    other's."""
+    vertices = rig.neutral()
+    places = vertices[rig.landmarks]
+    face = places[(places[:, 2] > 0.07) & (np.abs(places[:, 0]) < 0.045) & (places[:, 1] < 0.045)]
+    for name in set(PRESETS) - {"fringe"}:
+        made = shell(rig, {}, preset(name))
+        facing = trimesh.Trimesh(made.points, made.triangles, process=False)
+        flat = face[:, :2]
+        front = facing.vertices[facing.faces][:, :, 2].min(axis=1) > 0
+        corner = facing.vertices[facing.faces[front]][:, :, :2]
+        for point in flat:
+            a, b, c = np.moveaxis(corner - point, 1, 0)
+            signs = [np.sign(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) for p, q in
+                     ((a, b), (b, c), (c, a))]  # fmt: skip
+            assert not (np.abs(np.sum(signs, axis=0)) == 3).any(), name
+
+
+@pytest.mark.parametrize("name", ["crop", "long_wavy", "braids", "curls"])
+def test_a_mirrored_cut_makes_a_mirrored_shell(rig, name):
+    cut = preset(name)
+    one, other = shell(rig, {}, cut), shell(rig, {}, mirrored(cut))
+    back = -np.arange(len(one.outer))
+    for at in (one.outer, one.inner):
+        apart = one.points[at] * [-1, 1, 1] - other.points[at[back]]
+        assert np.abs(apart).max() < 1.5 * MM
+    assert np.allclose(one.uv[one.outer], one.uv[one.outer[back]])
+
+
+def test_columns_end_where_the_cut_says(rig):
+    cut, head = preset("bob"), head_of(rig, {})
+    made = shell(rig, {}, cut)
+    end = made.points[made.outer[:, -1]]
+    want = head.metres(edge_heights(cut, made.azimuth)) + head.eyes[1]
+    away = np.abs(end[:, 1] - want)
+    assert away.max() < 4 * MM  # hair that lies stands off the skin slantwise
+    around = np.arctan2(end[:, 0], end[:, 2] - head.middle[2]) % (2 * np.pi)
+    assert np.allclose(np.unwrap(around), made.azimuth, atol=0.02)
+
+
+def test_thicker_hair_stands_off_farther(rig):
+    edge = np.full(AZIMUTHS, 0.3)
+    thin, thick = (
+        shell(rig, {}, Cut(edge, np.full((AZIMUTHS, 2), metres))) for metres in (0.01, 0.03)
+    )
+    apart = np.linalg.norm(thick.points[thick.outer] - thin.points[thin.outer], axis=-1)
+    assert np.allclose(apart[:, 1:], 0.02, atol=0.2 * MM)
+    assert np.allclose(thick.points[thick.inner], thin.points[thin.inner], atol=1e-6)
+
+
+def test_a_smooth_cut_makes_a_smooth_shell(rig):
+    """No spikes: neighbours on the outer sheet face about the same way, but for curls."""
+    for name in ("crop", "bob", "long_straight", "bun", "ponytail"):
+        for identity in PEOPLE.values():
+            made = shell(rig, identity, preset(name))
+            normals = vertex_normals(made.points, made.triangles)[made.outer[:, 2:-3]]
+            turned = np.einsum("crk,crk->cr", normals[:, 1:], normals[:, :-1])
+            assert np.degrees(np.arccos(np.clip(turned, -1, 1))).max() < 75, name
+
+
+def test_a_head_knows_its_heights(rig):
+    head = head_of(rig, {"age": -0.5})
+    metres = np.array([-0.2, -0.01, 0.0, 0.05, 0.1])
+    assert np.allclose(head.metres(head.height(metres)), metres)
+    assert np.isclose(head.metres(np.array(1.0)), head.above)
+    assert np.isclose(head.metres(np.array(-1.0)), -head.below)
+    assert len(ANGLES) == AZIMUTHS
+    # The skull's rays and its distances from the axis are of one surface.
+    azimuth, height = np.meshgrid([0.3, 1.0, 2.8, -2.2], [0.045, 0.06, 0.075], indexing="ij")
+    far = head.levels(head.axis, azimuth, height)
+    ways = np.stack([np.sin(azimuth) * far, height - (head.middle - head.eyes)[1],
+                     np.cos(azimuth) * far], axis=-1)  # fmt: skip
+    length = np.linalg.norm(ways, axis=-1)
+    assert np.allclose(head.rays(head.skull, ways / length[..., None]), length, atol=1.0 * MM)

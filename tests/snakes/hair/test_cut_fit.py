@@ -1,0 +1,94 @@
+"""A cut from the hair on a page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facs_rig import Camera, load_rig
+from facs_rig.common.box import Box
+from facs_rig.hair.cut import mirrored
+from facs_rig.hair.presets import preset
+from snakes.hair.cut_fit import fit_cut
+from snakes.hair.region import PageHair
+from snakes.hair.texture import Strokes
+
+
+def page_of(scene, hair=None, tone=0.5):
+    """The page of a scene, whose hair is known to the pixel."""
+    hair = scene.hair if hair is None else hair
+    height, width = hair.shape
+    none = np.zeros(hair.shape, dtype=bool)
+    strokes = Strokes(np.zeros((height, width, 2)), np.zeros((height, width)))
+    return PageHair(
+        Box(0, 0, width, height), hair, none, scene.head, np.zeros((0, 2)), tone, "strands",
+        strokes, None,
+    )  # fmt: skip
+
+
+def refitted(scene, hair=None):
+    page = page_of(scene, hair)
+    return fit_cut(page, load_rig(), scene.parameters, scene.vertices, scene.camera)
+
+
+@pytest.mark.parametrize("name, yaw", [("crop", 0), ("side_parting", 30), ("bob", -20),
+                                       ("fringe", 10), ("long_straight", 35)])  # fmt: skip
+def test_a_cut_covers_what_hair_covers(hairy, name, yaw):
+    scene = hairy(name, yaw)
+    cut = refitted(scene)
+    hair, _ = hairy.seen(cut, scene.parameters, scene.camera)
+    assert hairy.overlap(hair, scene.hair) > 0.85
+    assert cut.hangs == preset(name).hangs
+    aside = replace(scene.parameters, head=(float(np.radians(-90 if yaw > 0 else 90)), 0.0, 0.0))
+    camera = Camera.framing(load_rig().pose(aside), 200, 240, margin=0.2)
+    known, found = (hairy.seen(c, aside, camera)[0] for c in (preset(name), cut))
+    assert hairy.overlap(known, found) > 0.65
+
+
+def test_a_bald_head_gives_no_cut(hairy):
+    scene = hairy(None, 0)
+    assert refitted(scene) is None
+
+
+def test_no_fringe_hides_the_eyes(hairy):
+    scene = hairy("fringe", 0)
+    over = scene.hair | (scene.head & (np.arange(scene.hair.shape[0])[:, None] < 200))
+    cut = refitted(scene, over)
+    assert cut.edge[[0, 1, 2, -2, -1]].min() >= 0.0
+
+
+def test_a_mirrored_page_gives_the_mirrored_cut(hairy):
+    scene, other = hairy("bob", 20), hairy("bob", -20)
+    ours, theirs = refitted(scene), mirrored(refitted(other))
+    assert np.median(np.abs(ours.edge - theirs.edge)) < 0.03
+    assert np.median(np.abs(ours.thick - theirs.thick)) < 0.003
+
+
+def test_a_bun_is_gathered(hairy):
+    scene = hairy("crop", 0)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    top = np.flatnonzero(scene.hair.any(axis=1))[0]
+    middle = np.flatnonzero(scene.hair.any(axis=0)).mean()
+    r = 0.13 * scene.unit
+    bun = np.hypot(u - middle, v - top + 0.6 * r) < r
+    cut, plain = refitted(scene, scene.hair | bun), refitted(scene)
+    assert len(cut.balls) == 1 and not plain.balls
+    assert cut.thick.max() < plain.thick.max() + 0.02  # no tower
+    hair, _ = hairy.seen(cut, scene.parameters, scene.camera)
+    assert hairy.overlap(hair, scene.hair | bun) > 0.8
+
+
+def test_hair_that_leaves_the_page_does_not_end_there(hairy):
+    scene = hairy("bob", 0)
+    page = page_of(scene)
+    top = np.flatnonzero(scene.hair.any(axis=1))[0] + 12
+    hair = scene.hair[top:]
+    camera = scene.camera.cropped(0, top, 300, 330, 300, 330 - top)
+    strokes = Strokes(page.strokes.along[top:], page.strokes.coherence[top:])
+    page = replace(page, box=Box(0, 0, 300, 330 - top), hair=hair, head=scene.head[top:],
+                   beard=page.beard[top:], strokes=strokes)  # fmt: skip
+    cut = fit_cut(page, load_rig(), scene.parameters, scene.vertices, camera)
+    above = cut.thick[:, :4]
+    assert above.min() > 0.002 and above.max() < 0.06
