@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from skimage.feature import structure_tensor
 
 __all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of"]
 
@@ -64,7 +63,12 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
         for at in ndimage.find_objects(region.astype(np.uint8))[0]
     )
     soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
-    down, across, right = structure_tensor(soft, sigma=NEAR * rows, order="rc")
+    # The structure tensor; skimage.feature, which has it, takes longer to load than to use.
+    v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
+    down, across, right = (
+        ndimage.gaussian_filter(a * b, NEAR * rows, mode="constant")
+        for a, b in ((v, v), (v, u), (u, u))
+    )
     # Strokes run across the direction in which ink changes most.
     turn = 0.5 * np.arctan2(2 * across, right - down) + np.pi / 2
     total = right + down

@@ -264,8 +264,25 @@ def test_progress_counts_the_stages():
     assert seen == [(k, len(pipeline.STAGES)) for k in range(1, len(pipeline.STAGES) + 1)]
 
 
-def test_the_preview_shows_four_panels(fits):
-    picture = preview(fits["smiling_woman"])
+def test_the_preview_shows_hair_where_it_is_drawn(fits):
+    face = fits["smiling_woman"]
+    h, w, _ = (picture := preview(face)).shape
+    sketch, fitted, aside, _ = np.split(picture.astype(int), 4, axis=1)
+    brown = np.clip(np.array(face.hair.colour), 0, 1)
+    for shown in (fitted, aside):
+        top = shown[: h // 4]
+        dark = (top < 200).all(axis=2) & (top[:, :, 0] > top[:, :, 2])
+        assert dark.mean() > 0.15 and brown[0] > brown[2]
+    # Beside the face, where only hair is drawn.
+    beside = (np.arange(w // 4) < w // 16)[None] & (sketch.min(axis=2) < 100)
+    assert (fitted[beside] < 230).all(axis=1).mean() > 0.6
+
+
+def test_without_hair_what_is_drawn_of_it_is_grey():
+    (path,) = (path for path in SKETCHES if path.stem == "smiling_woman")
+    face = fit(path, FitOptions(hair="ignore"))
+    assert face.cut is None and face.hair is None and report(face)["hair"] is None
+    picture = preview(face)
     h, w, _ = picture.shape
     assert picture.dtype == np.uint8
     assert w % 4 == 0
