@@ -78,7 +78,7 @@ def picture(
     )
     firsts = np.cumsum([0, *(len(part) for part, _ in parts)])
     triangles = np.concatenate([t + n for (_, t), n in zip(parts, firsts, strict=False)])
-    box = np.array([[-0.17, -0.185, 0], [0.17, 0.215, 0]])
+    box = np.array([[-0.17, -0.18, 0], [0.17, 0.225, 0]])
     camera = Camera.framing(box, round(0.85 * size) * FINER, size * FINER, 0.0)
     owner = np.cumsum(locks.uv[:, 1] < np.roll(locks.uv[:, 1], 1))
     hairs: list[NDArray] = [

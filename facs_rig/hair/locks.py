@@ -25,6 +25,7 @@ LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls a
 SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl or wave
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
 BEYOND = (0.001, 0.018)  # metres that tips reach beyond the edge of hair that lies, that falls
+MORE = (2.0, 0.04)  # times as many locks begin at the parting, and metres over which that fades
 CURLY = 0.5  # curl from which on locks are plain ribbons
 DOWN = (0.0, 1.0)  # the field of hair that follows the columns
 PITCH = 0.025  # metres of a turn of a curl
@@ -159,7 +160,7 @@ def _ribbons(
     metres = np.maximum(metres, 5e-4)
     root = np.cumsum(metres[..., 1], axis=1) - metres[:, :1, 1]
 
-    path = _traced(sheet, metres, cut, rng, count, segments)
+    path = _traced(sheet, metres, root, cut, rng, count, segments)
     middle, up = _at(grid, path), _unit(_at(normal, path))
     middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
     aside = _unit(np.cross(np.gradient(middle, axis=1), up))
@@ -179,11 +180,15 @@ def _unit(vectors: NDArray) -> NDArray[np.float64]:
 
 
 def _traced(
-    sheet: _Sheet, metres: NDArray, cut: Cut, rng: np.random.Generator, count: int, segments: int
-) -> NDArray[np.float64]:
-    """(count, segments + 1, 2) columns and rows along locks. metres : (c, r, 2) of one of each"""
+    sheet: _Sheet, metres: NDArray, root: NDArray, cut: Cut, rng: np.random.Generator, count: int,
+    segments: int,
+) -> NDArray[np.float64]:  # fmt: skip
+    """(count, segments + 1, 2) columns and rows along locks.
+
+    metres : (c, r, 2) of one of each;  root : (c, r) metres from the parting
+    """
     columns, rows = sheet.points.shape[:2]
-    place = _seeds(sheet.points, rng, count)
+    place = _seeds(sheet.points, root, rng, count)
     length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
     share = rng.uniform(0, 1, count)
@@ -199,9 +204,12 @@ def _traced(
     return path
 
 
-def _seeds(grid: NDArray, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
-    """(count, 2) columns and rows where locks begin, evenly over the grid's surface."""
-    area = _cells(grid)
+def _seeds(
+    grid: NDArray, root: NDArray, rng: np.random.Generator, count: int
+) -> NDArray[np.float64]:
+    """(count, 2) columns and rows where locks begin: evenly over the grid's surface, and more at
+    the parting, where none comes from farther up."""
+    area = _cells(grid) * (1 + MORE[0] * np.exp(-root[:, :-1] / MORE[1]))
     reach = np.concatenate([[0.0], np.cumsum(area.ravel())])
     want = (np.arange(count) + rng.uniform(0, 1, count)) / max(count, 1) * reach[-1]
     cell = np.clip(np.searchsorted(reach, want, side="right") - 1, 0, area.size - 1)

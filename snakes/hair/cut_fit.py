@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_opening
+from scipy.ndimage import grey_closing, grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
@@ -48,6 +48,9 @@ ends that hangs."""
 GAP, SIDES = 9, np.radians(50)
 """Azimuths side by side at which hair that hangs has no gap, and radians from the front from which
 on that is so."""
+TIP, JAGGED = 5, 0.12
+"""Azimuths side by side to which a lock has to reach that hangs down farther than by this height
+below those beside it."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
@@ -143,8 +146,9 @@ def _edges(
         sure = np.where(found > BARE, 0, sure)
     edge = _continued(found, sure, base)
     if hangs:
-        closed = grey_opening(edge, GAP, mode="wrap")
-        edge = np.where(_away(ANGLES) > SIDES, closed, edge)
+        even = grey_opening(edge, GAP, mode="wrap")
+        even = np.maximum(even, grey_closing(even, TIP, mode="wrap") - JAGGED)
+        edge = np.where(_away(ANGLES) > SIDES, even, edge)
     clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
     edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs

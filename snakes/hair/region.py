@@ -120,7 +120,7 @@ def page_hair(
     seen : the part of the page that `at` knows; beyond it, it counts ever less
     others : boxes of other heads on the page: what is nearer to one of these is not ours
 
-    A head that leaves the page, or a page on which no hair is, gives empty regions.
+    Where no hair is drawn, and where the head lies off the page, the regions are empty.
     """
     box, size = _grid(vertices, camera, drawing.shape)
     ink = 1 - area_resample(np.asarray(drawing, np.float32), box, size, outside=1.0)

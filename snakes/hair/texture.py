@@ -22,15 +22,15 @@ SOLID, BLACK = 0.018, 0.45
 """Half the width in heads from which on ink is an area, and the share of the inside that is one."""
 EMPTY = 0.07
 """Mean ink of an inside in which there is nothing but a few lines."""
-AIMLESS = 0.42
+AIMLESS = 0.56
 """Mean coherence below which strokes run every way."""
-SPECKS, SPECK = 0.5, 0.035
+SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
-REACH = 0.28
+REACH = 0.14
 """Heads to either side of a parting that say whether it is one."""
-PARTED = 0.6
-"""Of all strokes beside a parting, weighed by how much they lean, the least surplus of those that
-lean away from it."""
+PARTED, LOPSIDED = 0.42, 0.2
+"""How much strokes beside a parting lean away from it at least, 1 for half a right angle and 0 for
+upright, and the least share of them on each side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +95,6 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     solid = ndimage.distance_transform_edt(~core) <= SOLID * rows
     if solid[inside].mean() > BLACK:
         return "black"
-    if ink[inside].mean() < EMPTY:
-        return "outline"
     label, count = ndimage.label(dark & region, np.ones((3, 3)))
     if count > 12:
         length = [max(a.stop - a.start, b.stop - b.start) for a, b in ndimage.find_objects(label)]
@@ -106,7 +104,7 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     drawn = inside & (weight > 0)
     if drawn.any() and strokes.coherence[drawn].mean() < AIMLESS:
         return "curls"
-    return "strands"
+    return "outline" if ink[inside].mean() < EMPTY else "strands"
 
 
 def parting(
@@ -125,13 +123,13 @@ def parting(
     above = inside & (np.arange(len(region))[:, None] < brow)
     lean = 2 * strokes.along[..., 0] * strokes.along[..., 1] * strokes.coherence
     sum_ = np.concatenate([[0.0], np.cumsum((lean * above).sum(axis=0))])
-    much = np.concatenate([[0.0], np.cumsum((np.abs(lean) * above).sum(axis=0))])
+    much = np.concatenate([[0.0], np.cumsum((strokes.coherence * above).sum(axis=0))])
     k, last = np.arange(columns[0], columns[-1] + 1), region.shape[1]
     low, high = np.maximum(k - int(REACH * rows), 0), np.minimum(k + int(REACH * rows), last)
     right, left = sum_[high] - sum_[k], sum_[k] - sum_[low]
     both = np.minimum(much[high] - much[k], much[k] - much[low])
     surplus = (right - left) / np.maximum(much[high] - much[low], 1e-9)
-    surplus = np.where(both > 0.15 * (much[high] - much[low]), surplus, -1.0)
+    surplus = np.where(both > LOPSIDED * (much[high] - much[low]), surplus, -1.0)
     best = int(surplus.argmax())
     if surplus[best] < PARTED or (right[best] < 0) or (left[best] > 0):
         return None
