@@ -16,7 +16,7 @@ from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
-from facs_rig.mesh import vertex_normals
+from facs_rig.mesh import corner_matrix, vertex_normals
 from facs_rig.paint import MATERIAL_NAMES, materials_at, srgb
 from facs_rig.raster import barycentric
 
@@ -121,7 +121,8 @@ def paint(
     if hair is not None:
         over = hair.on(vertices)
         points = np.concatenate([vertices, over])
-        triangles = np.concatenate([rig.triangles, hair.triangles + len(vertices)])
+        ribbons = np.concatenate([hair.triangles, hair.triangles[:, ::-1]])  # from both sides
+        triangles = np.concatenate([rig.triangles, ribbons + len(vertices)])
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
     light = np.full(len(seen.owner), AMBIENT)
@@ -137,8 +138,9 @@ def paint(
         linear[material] * np.clip(light, 0, 1.1)[:, None]
     )
     if hair is not None:
-        seen = _Seen(over, hair.triangles, fine, buffers.triangle, len(rig.triangles))
-        linear = hair_light(hair, over, seen.normals(), seen.at, LAMPS, AMBIENT)
+        seen = _Seen(over, ribbons, fine, buffers.triangle, len(rig.triangles))
+        normals = seen.normals(corner_matrix(hair.triangles, len(over)), hair.triangles)
+        linear = hair_light(hair, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
@@ -167,9 +169,10 @@ class _Seen:
         corners = zip(self._weights.T, self._triangles[self.owner].T, strict=True)
         return sum(weight[:, None] * values[corner] for weight, corner in corners)
 
-    def normals(self, corners: sp.csr_matrix | None = None) -> NDArray:
-        """(k, 3) unit; corners : see `vertex_normals`"""
-        normals = self.at(vertex_normals(self._points, self._triangles, corners))
+    def normals(self, corners: sp.csr_matrix, triangles: NDArray | None = None) -> NDArray:
+        """(k, 3) unit; corners : see `vertex_normals`, of the mesh or of some of its triangles"""
+        triangles = self._triangles if triangles is None else triangles
+        normals = self.at(vertex_normals(self._points, triangles, corners))
         x, y, z = normals.T
         normals /= np.maximum(np.sqrt(x * x + y * y + z * z), 1e-9)[:, None]
         return normals
