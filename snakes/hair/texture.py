@@ -59,9 +59,8 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
     coherence = np.zeros(ink.shape)
     if not region.any():
         return Strokes(along, coherence)
-    part = tuple(
-        slice(max(at.start - 8, 0), at.stop + 8) for at in ndimage.find_objects(region)[0]
-    )
+    whole = ndimage.find_objects(region.astype(np.uint8))[0]
+    part = tuple(slice(max(at.start - 8, 0), at.stop + 8) for at in whole)
     soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
     down, across, right = structure_tensor(soft, sigma=NEAR * rows, order="rc")
     # Strokes run across the direction in which ink changes most.
