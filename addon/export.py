@@ -3,12 +3,12 @@
 What each format keeps:
 
     .glb    the posed face; morph targets: our 47 controls or ARKit's 52, and `neutral`; hair beside
-    .fbx    the same, by Blender's exporter
+    .fbx    the same, hair too, by Blender's exporter
     .obj    the posed face in quads; with `keys` a folder NAME_keys beside it with a face for each
             shape key, fully on, its vertices in the same order (what sculpting and rigging programs
             import as blendshapes)
     .ply    the posed face
-    .blend  the whole posable object with sliders, bones and drivers
+    .blend  the whole posable object with sliders, bones, drivers and hair
 """
 
 from __future__ import annotations
@@ -88,7 +88,9 @@ def write_mesh(
     targets = morph_targets(rig, parameters, names, fitted) if moved else {}
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
-            _write_blend(job.beside(path), rig, parameters, offsets, fitted, _called(path), names)
+            _write_blend(
+                job.beside(path), rig, parameters, offsets, fitted, hair, _called(path), names
+            )
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
         if suffix == ".fbx":
@@ -223,9 +225,12 @@ def _obj_worn(shape: Shape) -> str:
         out.append(f"o {thing.name}\n")
         out.append(("v %.7f %.7f %.7f %.4f %.4f %.4f\n" * len(lines)) % tuple(lines.ravel()))
         out.append(("vt %.6f %.6f\n" * len(thing.uv)) % tuple(thing.uv.ravel().tolist()))
-        corners = np.stack([thing.quads + first, thing.quads + mapped], axis=2).reshape(-1, 8)
-        faces = "f %d/%d %d/%d %d/%d %d/%d\n" * len(corners)
-        out.append(f"g {thing.name}\n{faces % tuple(corners.ravel().tolist())}")
+        out.append(f"g {thing.name}\n")
+        triangle = thing.quads[:, 2] == thing.quads[:, 3]
+        for polygons in (thing.quads[~triangle], thing.quads[triangle][:, :3]):
+            corners = np.stack([polygons + first, polygons + mapped], axis=2)
+            row = "f" + " %d/%d" * polygons.shape[1] + "\n"
+            out.append(row * len(corners) % tuple(corners.ravel().tolist()))
         first, mapped = first + len(thing.points), mapped + len(thing.uv)
     return "".join(out)
 
@@ -321,11 +326,14 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(path: Path, rig, parameters, offsets, fitted, name: str, names: str) -> None:
+def _write_blend(path: Path, rig, parameters, offsets, fitted, hair, name: str, names: str) -> None:
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
+    from facs_rig.blender.hair import wear
 
-    build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
+    face = build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
+    if hair is not None:
+        wear(face, hair, parameters.identity)
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
@@ -338,6 +346,7 @@ def _write_fbx(
     bpy = _blender(".fbx")
     from facs_rig.blender import build_face, to_blender
     from facs_rig.blender.files import add_moves, write_still_fbx
+    from facs_rig.blender.hair_files import hair_object
 
     face = build_face(name, rig, FaceParameters({}, parameters.identity))
     others = [o for o in bpy.data.objects if o != face]
@@ -350,8 +359,11 @@ def _write_fbx(
     face.data.vertices.foreach_set("co", posed.ravel())
     face.data.update()
     add_moves(face, posed, {key: to_blender(move) for key, move in shape.moves.items()})
+    worn = [hair_object(part, f"{name} {part.name}") for part in shape.worn]
+    for thing in worn:
+        bpy.context.scene.collection.objects.link(thing)
     with _quiet(), _failing_as_files_do():
-        write_still_fbx(path, face)
+        write_still_fbx(path, face, *worn)
 
 
 WRITERS: dict[str, Callable] = {".glb": _write_glb, ".obj": _write_obj, ".ply": _write_ply}

@@ -83,7 +83,7 @@ def glb(
     surface : each material is a primitive with its own vertices: those that it has of the mesh, in
         their order, and behind them the doubles at seams
     skeleton : bones in the pose of `vertices`, and how far these follow them
-    worn : what the face wears, each as a mesh of its own; with it there must be a skeleton
+    worn : what the face wears, each as a mesh of its own, which follows the head of the skeleton
 
     Raises ValueError for arrays of other shapes.
     """
@@ -128,7 +128,8 @@ def glb(
         tree["materials"] = [_material(piece.finish) for piece in pieces if piece.finish]
     meshes = [mesh]
     for thing in worn:
-        meshes.append(_worn(file, thing, len(tree.setdefault("materials", []))))
+        number = len(tree.setdefault("materials", []))
+        meshes.append(_worn(file, thing, number, skeleton is not None))
         finish = Finish(thing.name, thing.lightest, thing.roughness)
         tree["materials"].append(_material(finish) | {"doubleSided": True})
         tree["scenes"][0]["nodes"].append(len(tree["nodes"]))
@@ -152,8 +153,8 @@ def glb(
     )
 
 
-def _worn(file: _File, thing: Worn, material: int) -> dict[str, Any]:
-    """The mesh of what a face wears, which follows its head."""
+def _worn(file: _File, thing: Worn, material: int, follows: bool) -> dict[str, Any]:
+    """The mesh of what a face wears. follows : whether there is a head that carries it"""
     n, triangles = len(thing.points), thing.triangles
     light = _Light(np.ascontiguousarray(thing.points, np.float32), triangles)
     places = np.clip(thing.uv, 0, 1) * (1, -1) + (0, 1)
@@ -165,10 +166,10 @@ def _worn(file: _File, thing: Worn, material: int) -> dict[str, Any]:
         "TEXCOORD_0": file.vertices(np.rint(65535 * places).astype(np.uint16), UNSIGNED_SHORT),
         "COLOR_0": file.vertices(colours.astype(np.uint8), UNSIGNED_BYTE),
     }
-    follows = np.zeros((n, 4), np.uint8)
-    for name, bone in (("JOINTS_0", BONES.index("head")), ("WEIGHTS_0", 255)):
-        follows[:, 0] = bone
-        attributes[name] = file.vertices(follows, UNSIGNED_BYTE, name == "WEIGHTS_0")
+    carried = np.zeros((n, 4), np.uint8)
+    for name, value in (("JOINTS_0", BONES.index("head")), ("WEIGHTS_0", 255)) if follows else ():
+        carried[:, 0] = value
+        attributes[name] = file.vertices(carried, UNSIGNED_BYTE, name == "WEIGHTS_0")
     primitive = {"attributes": attributes, "indices": file.indices(triangles, n)}
     return {"name": thing.name, "primitives": [primitive | {"material": material}]}
 

@@ -20,7 +20,8 @@ from facs_rig.uv import TextureMap
 class Worn:
     """What a face wears: a surface of its own, which follows its head.
 
-    points : (n, 3) float32, metres, core axes, posed      quads : (q, 4) int
+    points : (n, 3) float32, metres, core axes, posed
+    quads : (q, 4) int; a triangle has its last corner twice
     uv : (n, 2) float, 0..1, v up      shade : (n,) float, of the colour, 1 as it is
     colour : linear RGB      roughness : 0 mirror to 1 chalk
     """
@@ -35,8 +36,9 @@ class Worn:
 
     @property
     def triangles(self) -> NDArray[np.integer]:
-        """(2 q, 3) the halves of the quads."""
-        return np.concatenate([self.quads[:, [0, 1, 2]], self.quads[:, [0, 2, 3]]])
+        """(t, 3) the halves of the quads, and the triangles."""
+        whole = self.quads[self.quads[:, 2] != self.quads[:, 3]]
+        return np.concatenate([self.quads[:, [0, 1, 2]], whole[:, [0, 2, 3]]])
 
     @property
     def lightest(self) -> tuple[float, float, float, float]:

@@ -207,6 +207,14 @@ def bind(face: bpy.types.Object, armature: bpy.types.Object, rig: FaceRig) -> St
     modifier.object = armature
 
 
+def armature_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The armature that turns the face; None if it was taken away."""
+    for modifier in face.modifiers:
+        if modifier.type == "ARMATURE" and modifier.object is not None:
+            return modifier.object
+    return None
+
+
 @derived
 def skin_weights(rig: FaceRig) -> dict[str, tuple[list[int], list[tuple[int, float]]]]:
     """Bone -> the vertices that follow it fully, and (vertex, weight) of those that do in part."""

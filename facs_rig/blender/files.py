@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import to_blender
 from facs_rig.blender.arrays import write_key, write_places
+from facs_rig.blender.hair_files import hair_object
+from facs_rig.blender.hair_follows import hair_of
 from facs_rig.blender.keys import BASIS
 from facs_rig.blender.pose import animated_range, armature_of, mover_of
 from facs_rig.blender.shape import staged
@@ -37,9 +39,9 @@ def add_moves(
         block.value = 0.0
 
 
-def write_still_fbx(path: Path, face: bpy.types.Object) -> None:
-    """Write one object of the current view layer to an .fbx, as y up and in metres."""
-    _select_alone(face)
+def write_still_fbx(path: Path, *things: bpy.types.Object) -> None:
+    """Write objects of the current view layer to an .fbx, as y up and in metres."""
+    _select_alone(*things)
     _still_fbx(path)
 
 
@@ -56,7 +58,8 @@ def _still_fbx(path: Path) -> None:
 
 
 def write_shown_fbx(path: Path, name: str, face: bpy.types.Object, shape: Shape) -> None:
-    """Write a face as it is shown, with its materials and a shape key for each move.
+    """Write a face as it is shown, with its materials and a shape key for each move, and what it
+    wears.
 
     name : of the object in the file
     """
@@ -66,16 +69,19 @@ def write_shown_fbx(path: Path, name: str, face: bpy.types.Object, shape: Shape)
             twin.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph
         )
     thing = bpy.data.objects.new(name, mesh)
+    worn = [hair_object(part, f"{name} {part.name}") for part in shape.worn]
     try:
         points = to_blender(shape.points)
         write_places(mesh, points)
         moves = {name: to_blender(move) for name, move in shape.moves.items()}
         add_moves(thing, points, moves)
         mesh.update()
-        with _selected(bpy.context.scene.collection, thing):
+        with _selected(bpy.context.scene.collection, thing, *worn):
             _still_fbx(path)
     finally:
-        discard(thing)
+        materials = [part.data.materials[0] for part in worn]
+        discard(thing, *worn)
+        bpy.data.batch_remove(materials)
 
 
 def span_of(face: bpy.types.Object) -> tuple[int, int] | None:
@@ -109,6 +115,9 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
             raise InputError(
                 f"'{thing.name}' is hidden, and Blender exports what is shown: show it first"
             )
+    hair = hair_of(face)
+    if hair is not None and hair.visible_get():
+        things.append(hair)
     was = scene.frame_start, scene.frame_end, scene.frame_current
     try:
         scene.frame_start, scene.frame_end = span

@@ -18,12 +18,14 @@ from facs_rig.blender.armature import (
     HEAD,
     NECK,
     TURNED,
+    armature_of,
     joints_move,
     place_joints,
     turn_bone,
     turn_of,
 )
 from facs_rig.blender.arrays import read_key, write_key
+from facs_rig.blender.hair_follows import check_free, follow_person
 from facs_rig.blender.keys import GAZE, moved
 from facs_rig.blender.materials import write_looks
 from facs_rig.common.errors import InputError
@@ -104,14 +106,6 @@ def targets_of(curve: bpy.types.FCurve) -> Iterator[bpy.types.DriverTarget]:
     """What a driver reads."""
     for variable in curve.driver.variables:
         yield from variable.targets
-
-
-def armature_of(face: bpy.types.Object) -> bpy.types.Object | None:
-    """The armature that turns the face; None if it was taken away."""
-    for modifier in face.modifiers:
-        if modifier.type == "ARMATURE" and modifier.object is not None:
-            return modifier.object
-    return None
 
 
 def _turning(face: bpy.types.Object) -> dict[str, bpy.types.PoseBone]:
@@ -251,7 +245,8 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     whose keys cannot be written and would have to be.
     """
     check_identity(identity)
-    rig = rig_of(face, rig)
+    check_free(face)
+    whole, rig = rig, rig_of(face, rig)
     if not has_identity_keys(face):
         raise InputError(
             f"'{face.name}' has no identity keys: who it is was settled when it was made"
@@ -263,6 +258,7 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
             blocks[name].value = value
+    follow_person(face, whole, identity_of(face), identity)
     write_identity(face, rig, identity)
 
 

@@ -2,7 +2,7 @@
 
 What the rig knows is written anew: the basis, the keys of the rig and ARKit's, "Fitted", the
 joints. What was sculpted into these keys by hand goes; keys that the artist added stay, with the
-same offsets against the basis or whichever key they are relative to.
+same offsets against the basis or whichever key they are relative to. Hair follows as it is.
 """
 
 from __future__ import annotations
@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, joints_move, to_blender
 from facs_rig.blender.arrays import BULK, corners_of, read_key, write_key, write_places
+from facs_rig.blender.hair_follows import check_free, follow_person
 from facs_rig.blender.keys import add_fitted, moved, replace_fitted
 from facs_rig.blender.pose import (
     armature_of,
     check_face,
     has_identity_keys,
+    identity_of,
     refresh,
     rig_of,
     set_identity,
@@ -104,7 +106,7 @@ def _reshape(
 ) -> Steps[None]:
     """The units of `reshape_steps`."""
     check_identity(identity)
-    rig = rig_of(face, rig)
+    whole, rig = rig, rig_of(face, rig)
     if offsets is not None:
         offsets = kept_by(rig, np.asarray(offsets, dtype=np.float32))
         offsets = is_shape(offsets, (rig.n_vertices, 3), "offsets")
@@ -121,7 +123,7 @@ def _reshape(
     theirs = _carried(face, neutral if baked else None, ours)
     if offsets is not None:
         theirs = {name: at for name, at in theirs.items() if name not in FITTED_REGIONS.values()}
-    writes = _write(face, rig, identity, neutral, ours, theirs, fitted)
+    writes = _write(face, whole, identity, neutral, ours, theirs, fitted)
     try:
         for _ in writes:
             if not BULK:
@@ -143,6 +145,7 @@ def _check_shape(face: bpy.types.Object, rig: FaceRig, writes: bool) -> None:
         raise InputError(f"'{face.name}' is linked from another file; make it and its mesh local")
     if face.mode != "OBJECT":
         raise InputError(f"'{face.name}' is being edited; go to Object Mode first")
+    check_free(face)
     blocks = mesh.shape_keys.key_blocks
     for name in (*(key.name for key in rig.keys), *_identity_keys(face)):
         if name not in blocks:
@@ -220,11 +223,15 @@ def _write(
     theirs: Mapping[str, NDArray[np.float32]],
     fitted: Sequence[FittedKey],
 ) -> Steps[None]:
-    """Write what was computed, a key at a time. Keys are found by name: see `reshape_steps`."""
+    """Write what was computed, a key at a time. Keys are found by name: see `reshape_steps`.
+
+    rig : the full one
+    """
     if has_identity_keys(face):
         set_identity(face, rig, identity)
     else:
-        write_identity(face, rig, identity)
+        follow_person(face, rig, identity_of(face), identity)
+        write_identity(face, rig_of(face, rig), identity)
         write_places(face.data, neutral)
         write_key(face.data.shape_keys.reference_key, neutral)
     yield

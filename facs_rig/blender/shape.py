@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
+from facs_rig.blender.hair_files import shown_hair
 from facs_rig.blender.keys import add_key, moved
 from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
 from facs_rig.blender.pose import armature_of, refresh, rig_of
@@ -33,18 +35,19 @@ _FLUSHED = ("EDIT", "SCULPT", "SCULPT_CURVES")
 
 
 def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
-    """The evaluated mesh of a face in the world, metres and core axes, without moves.
+    """The evaluated mesh of a face and its hair in the world, metres, core axes, without moves.
 
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.
     """
     rig = rig_of(face, rig)
+    worn = shown_hair(face)
     if face.mode in _FLUSHED or not face.visible_get():
         face.update_from_editmode()
         with staged(face) as (twin, layer):
-            return _shape(twin, layer.depsgraph, rig)
+            return replace(_shape(twin, layer.depsgraph, rig), worn=worn)
     bpy.context.view_layer.update()
-    return _shape(face, bpy.context.evaluated_depsgraph_get(), rig)
+    return replace(_shape(face, bpy.context.evaluated_depsgraph_get(), rig), worn=worn)
 
 
 def moves(

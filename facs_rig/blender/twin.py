@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import bpy
 
+from facs_rig.blender.hair_follows import hair_of
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import (
     MARK,
@@ -35,7 +36,7 @@ def shown_with(face: bpy.types.Object) -> str:
 def stand_alone(face: bpy.types.Object) -> None:
     """Give a face keys of its own that follow its own sliders; what it shows stays.
 
-    Its armature, too, if that also carries another face.
+    Its armature, too, if that also carries another face, with hair of its own.
     """
     mover = mover_of(face) or face
     ids: dict[bpy.types.ID, bpy.types.ID] = {mover: face}
@@ -52,6 +53,9 @@ def stand_alone(face: bpy.types.Object) -> None:
         for collection in face.users_collection:
             collection.objects.link(twin)
         ids[armature] = twin
+        _copy_hair(face, twin)
+    elif (hair := hair_of(face)) is not None and hair.data.users > 1:
+        hair.data = hair.data.copy()
     _exchange(face, ids)
     refresh(face)
 
@@ -100,6 +104,22 @@ def discard(*things: bpy.types.Object | None) -> None:
     for mesh in meshes:
         if not mesh.users:
             bpy.data.meshes.remove(mesh)  # one by one: before 4.0 a batch leaves the shape keys
+
+
+def _copy_hair(face: bpy.types.Object, armature: bpy.types.Object) -> None:
+    """Hang a copy of a face's hair on another armature."""
+    hair = hair_of(face)
+    if hair is None:
+        return
+    twin = hair.copy()
+    twin.data = hair.data.copy()
+    twin.parent = armature
+    twin.matrix_parent_inverse = hair.matrix_parent_inverse.copy()
+    for modifier in twin.modifiers:
+        if modifier.type == "ARMATURE" and modifier.object == armature_of(hair):
+            modifier.object = armature
+    for collection in hair.users_collection:
+        collection.objects.link(twin)
 
 
 def _carries_another(armature: bpy.types.Object, face: bpy.types.Object) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,6 +91,34 @@ def mirrored(cut: Cut) -> Cut:
         tuple(Ball(ball.line * [-1, 1, 1], ball.radius, ball.plait) for ball in cut.balls),
         cut.colour,
     )  # fmt: skip
+
+
+def to_json(cut: Cut) -> str:
+    """The cut as a text that `from_json` reads: exact, and the same for the same cut."""
+    balls = [
+        {"line": ball.line.tolist(), "radius": ball.radius.tolist(), "plait": ball.plait}
+        for ball in cut.balls
+    ]
+    kept = {name: getattr(cut, name) for name in ("part", "hangs", "wave", "curl", "colour")}
+    arrays = {"edge": cut.edge.tolist(), "thick": cut.thick.tolist()}
+    return json.dumps({**arrays, **kept, "balls": balls})
+
+
+def from_json(text: str) -> Cut:
+    """The cut that `to_json` wrote. InputError, one sentence, for any other text."""
+    try:
+        kept = dict(json.loads(text))
+        balls = tuple(
+            Ball(ball["line"], ball["radius"], int(ball["plait"])) for ball in kept["balls"]
+        )
+        part = None if kept["part"] is None else float(kept["part"])
+        wave, curl, colour = (float(kept[name]) for name in ("wave", "curl", "colour"))
+        hangs = bool(kept["hangs"])
+        return Cut(kept["edge"], kept["thick"], part, hangs, wave, curl, balls, colour)
+    except InputError as error:
+        raise InputError(f"what is kept of the hair cannot be used: {error}") from error
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError("what is kept of the hair is not what Sketch to Face wrote") from error
 
 
 def _numbers(values: NDArray, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:

@@ -35,6 +35,7 @@ class HairMesh:
     shade : (n,) float32, of the hair's colour, 1 as it is
     grain : (n,) float32, which single hair lies there: neighbours differ
     colour : linear RGB      bound : how it follows the skull
+    cut, kind : what it was made of, and as which of KINDS
     """
 
     points: NDArray[np.float32]
@@ -44,6 +45,8 @@ class HairMesh:
     grain: NDArray[np.float32]
     colour: tuple[float, float, float]
     bound: Bound
+    cut: Cut
+    kind: str
 
     @property
     def triangles(self) -> NDArray[np.int32]:
@@ -99,6 +102,8 @@ def hair_mesh(
         np.concatenate(grain).astype(np.float32),
         colour[:3],
         bind(every, rig, identity),
+        cut,
+        kind,
     )
 
 

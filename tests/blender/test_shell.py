@@ -118,7 +118,8 @@ def test_button_builds_the_face_of_the_pipeline(shell, sketch, rig, evaluated):
     fit = pipeline.fit(sketch)
     face = bpy.context.active_object
     keys = face.data.shape_keys.key_blocks
-    assert [k.name for k in keys] == ["Basis", *(k.name for k in rig.keys), "Fitted"]
+    fitted = ["Fitted", *(key.name for key in fit.keys)]
+    assert [k.name for k in keys] == ["Basis", *(k.name for k in rig.keys), *fitted]
     for name in CONTROL_NAMES:
         assert face[name] == fit.parameters.aus.get(name, 0.0)
     assert np.abs(evaluated(face) - fit.vertices).max() < 1e-5

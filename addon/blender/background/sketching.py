@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
+from facs_rig.blender.hair import CUT, remove_hair, wear
+from facs_rig.blender.hair_follows import check_hair
 from facs_rig.blender.keys import GAZE
-from facs_rig.blender.pose import pose_of, refresh, set_pose
+from facs_rig.blender.pose import armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
 
 from ..messages import translation
@@ -34,6 +36,7 @@ class Found:
 
     drawn : the sketch's lines, (k, 2) pixels of it each
     strokes : what was done with those that have no place
+    hair : whether it was looked for
     """
 
     fit: FaceFit
@@ -41,6 +44,7 @@ class Found:
     to_places: NDArray[np.float64]
     drawn: list[NDArray[np.float64]]
     strokes: str
+    hair: bool = True
 
 
 @dataclass
@@ -84,9 +88,10 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             options = pipeline.FitOptions(**values, pins=pins)
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
-            _ = fit.contour_error_px, fit.unmatched  # here, where nobody waits for them
+            _ = fit.contour_error_px, fit.unmatched, fit.hair  # here, where nobody waits for them
             drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
-            return Found(fit, source.mark, to_places, drawn, options.strokes)
+            looked = options.hair != "ignore" and options.method != "thesis"
+            return Found(fit, source.mark, to_places, drawn, options.strokes, looked)
         finally:
             if shape:
                 shape.known.set()  # whoever waits must hear of an error, too
@@ -165,6 +170,7 @@ def new_face(context, holder) -> Steps:
             said = translation.text("measuring {name}", name=name)
             yield Tick(said, WARM + (1 - WARM) * task.share, task.done)
         found = task.result()
+        put_hair(face, found)
     except BaseException:
         if face is not None:
             remove(face)
@@ -178,14 +184,28 @@ def new_face(context, holder) -> Steps:
 
 def remove(face: bpy.types.Object) -> None:
     """Take a face that was just built away again, with all that it alone uses."""
+    remove_hair(face)
     armature, mesh = face.parent, face.data
     bpy.data.batch_remove([face, armature, mesh, armature.data])
+
+
+def put_hair(face: bpy.types.Object, found: Found) -> None:
+    """Give a face the hair that was found; what it has stays where none was looked for, and where
+    no bones carry any."""
+    if not found.hair or armature_of(face) is None:
+        return
+    if found.fit.hair is not None:
+        wear(face, found.fit.hair, identity_of(face))
+        return
+    remove_hair(face)
+    face.pop(CUT, None)
 
 
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, depth of creases, place and keyframes stay.
+    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and the colour that the
+    artist gave the hair stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
@@ -200,12 +220,15 @@ def put_on(face, found: Found) -> Steps:
     from facs_rig import load_rig
     from facs_rig.blender.reshape import reshape_steps
 
+    if found.hair:
+        check_hair(face)
     fit, before = found.fit, pose_of(face)
     kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
     who = {**fit.parameters.identity, **kept}
     reshape = reshape_steps(face, load_rig(), who, fit.offsets, fit.keys)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
+    put_hair(face, found)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look
     set_pose(face, replace(fit.parameters, neck=before.neck))
     for name, angle in gaze.items():

@@ -34,6 +34,7 @@ BUTTONS = {
     # what came of it
     "Export": "Exportieren",
     "Export Face": "Gesicht exportieren",
+    "Make Hair": "Haar machen",
     # the expression
     "Copy": "Kopieren",
     "Copy Expression": "Ausdruck kopieren",
@@ -70,6 +71,12 @@ BUTTONS = {
 }
 
 OWN = {
+    # how hair is made
+    "Hair": "Haar",
+    "Locks": "Strähnen",
+    "Surface": "Fläche",
+    "Ignore": "Ignorieren",
+    "None": "Keines",
     "Fit": "Anpassen",
     "Load": "Laden",
     # what the face does, in three narrow buttons
@@ -505,6 +512,15 @@ TOOLTIPS = {
     "Drag points of the face to where the sketch has them, then fit it again": (
         "Punkte des Gesichts dorthin ziehen, wo die Skizze sie hat, dann neu anpassen"
     ),
+    "Make the hair of this face anew, as it was drawn, or take it away": (
+        "Das Haar dieses Gesichts neu machen, wie es gezeichnet ist, oder entfernen"
+    ),
+    "Make the hair anew: a surface with locks on it": (
+        "Das Haar neu machen: eine Fläche mit Strähnen darauf"
+    ),
+    "Make the hair anew: one plain surface, to be sculpted": (
+        "Das Haar neu machen: eine glatte Fläche, zum Formen"
+    ),
     "Write the face to a file: for other programs, or to be appended in Blender": (
         "Das Gesicht in eine Datei schreiben: für andere Programme, oder zum Anhängen in Blender"
     ),
@@ -563,6 +579,8 @@ TOOLTIPS = {
 # --- options of the buttons --------------------------------------------------------------------
 
 OPTIONS = {
+    "What becomes of it": "Was daraus wird",
+    "Take the hair away; it can be made again": ("Das Haar entfernen; es lässt sich wieder machen"),
     "Look at It": "Hinschauen",
     "Turn the 3D view to the new face": "Die 3D-Ansicht zum neuen Gesicht drehen",
     "Page": "Seite",
@@ -808,6 +826,15 @@ SETTINGS = {
     "The drawn contours slide over the shaded face": (
         "Die gezeichneten Konturen gleiten über das schattierte Gesicht"
     ),
+    "Hair": "Haar",
+    "What is made of the hair in the drawing": "Was aus dem Haar der Zeichnung wird",
+    "A surface with locks on it": "Eine Fläche mit Strähnen darauf",
+    "One plain surface, to be sculpted": "Eine glatte Fläche, zum Formen",
+    "Make none; hair that the face has stays": ("Keines machen; Haar, das das Gesicht hat, bleibt"),
+    "Hair Color": "Haarfarbe",
+    "Of the hair as a whole; its shades are darker and lighter": (
+        "Die des ganzen Haars; seine Schattierungen sind dunkler und heller"
+    ),
     "How the lines of the drawing pull the face": (
         "Wie die Linien der Zeichnung am Gesicht ziehen"
     ),
@@ -1044,6 +1071,9 @@ TWEAKABLES = {
 # --- what is reported --------------------------------------------------------------------------
 
 SENTENCES = {
+    "No hair was found in the drawing of this face": (
+        "In der Zeichnung dieses Gesichts wurde kein Haar gefunden"
+    ),
     # what a button is at; the panel writes the first letter large
     "getting ready": "bereite vor",
     "reading {name}": "lese {name}",

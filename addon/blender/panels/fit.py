@@ -3,11 +3,12 @@
 import bpy
 
 from facs_rig import CONTROLS
+from facs_rig.blender.hair import has_cut, kind_of
 from facs_rig.fitted_keys import FITTED
 from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation
-from ..operators import detect, export, expression, pins, sketch
+from ..operators import detect, export, expression, hair, pins, sketch
 from ..state import faces, memory, properties, sources
 from ..state.session import session
 from .presets import SKETCHTOFACE_PT_presets
@@ -139,6 +140,8 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "method")
         column.prop(settings, "exaggerate")
+        if settings.method != "thesis":
+            column.prop(settings, "hair")
         ticks = column.column(align=True)
         ticks.use_property_split = False  # the words beside a tick need the whole width
         if settings.method != "shape":
@@ -229,6 +232,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         if key is not None:
             column.prop(key, "value", text="Fitted Details", slider=True)
         column.prop(face.sketch_to_face, "caricature", slider=True)
+        self._hair(face)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
         column.label(text=translation.label("Strokes without a place: {count}", count=lost))
@@ -244,6 +248,24 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
                      icon="FILE_TICK")  # fmt: skip
         row.operator(export.SKETCHTOFACE_OT_export.bl_idname, text="Export",
                      icon="EXPORT")  # fmt: skip
+
+    def _hair(self, face):
+        """Its colour, and how it is made."""
+        if not has_cut(face):
+            return
+        kind = kind_of(face)
+        column = self.layout.column(align=True)
+        if kind:
+            column.prop(face.sketch_to_face, "hair_colour")
+        row = column.row(align=True)
+        row.label(text="Hair")
+        make = hair.SKETCHTOFACE_OT_hair.bl_idname
+        row.operator(make, text="Locks", text_ctxt=translation.OWN,
+                     depress=kind == "locks").kind = "locks"  # fmt: skip
+        row.operator(make, text="Surface", text_ctxt=translation.OWN,
+                     depress=kind == "surface").kind = "surface"  # fmt: skip
+        if kind:
+            row.operator(make, text="", icon="X").kind = "none"
 
 
 CLASSES = (

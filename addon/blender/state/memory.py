@@ -16,6 +16,7 @@ from bpy.props import (
 from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
+from facs_rig.blender.hair import colour_of, hair_of, set_colour
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
@@ -95,6 +96,18 @@ def exaggerate(memory_of, much: float) -> None:
         # A slider can tell nobody what is wrong; the panel that it is in does.
         with contextlib.suppress(InputError):
             caricature.show(face, much)
+
+
+def hair_colour(face) -> tuple[float, float, float]:
+    """Linear RGB; black for a face without hair."""
+    hair = hair_of(face)
+    return (hair is not None and colour_of(hair)) or (0.0, 0.0, 0.0)
+
+
+def colour_hair(face, colour) -> None:
+    """Give the hair, if there is any, another colour."""
+    if face.override_library is None and (hair := hair_of(face)) is not None:
+        set_colour(hair, tuple(colour))
 
 
 class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
@@ -233,6 +246,17 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         options=set(),
         get=lambda self: caricature.shown(self.id_data),
         set=lambda self, much: exaggerate(self, much),
+    )
+    hair_colour: FloatVectorProperty(
+        name="Hair Color",
+        description="Of the hair as a whole; its shades are darker and lighter",
+        size=3,
+        subtype="COLOR",
+        min=0.0,
+        max=1.0,
+        options=set(),
+        get=lambda self: hair_colour(self.id_data),
+        set=lambda self, colour: colour_hair(self.id_data, colour),
     )
     strokes: StringProperty(
         name="Strokes", description="What became of strokes without a place when it was fitted"

@@ -19,6 +19,7 @@ from facs_rig.common.box import Box
 from facs_rig.common.settings import settings_of
 from snakes import Tweakables
 
+from ..messages import translation
 from . import memory, preferences, sources
 
 _LIMITS = {"minimum": "min", "maximum": "max"}
@@ -93,6 +94,16 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
             ("thesis", "Thesis", "The drawn contours slide over the shaded face"),
         ],
     )
+    hair: EnumProperty(
+        name="Hair",
+        description="What is made of the hair in the drawing",
+        items=[
+            ("locks", "Locks", "A surface with locks on it"),
+            ("surface", "Surface", "One plain surface, to be sculpted"),
+            ("ignore", "Ignore", "Make none; hair that the face has stays"),
+        ],
+        **translation.OWN_CONTEXT,
+    )
     tweakables: PointerProperty(
         name="Tweakables",
         description="How the lines of the drawing pull the face",
@@ -143,7 +154,7 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
 
 
 FIT_SETTINGS = (
-    "method", "exaggerate", "strokes", "stroke_profile", "stroke_depth", "stroke_width",
+    "method", "exaggerate", "hair", "strokes", "stroke_profile", "stroke_depth", "stroke_width",
 )  # fmt: skip
 
 

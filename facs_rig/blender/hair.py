@@ -1,0 +1,231 @@
+"""The hair of Blender's face: a mesh of its own beside it, which the bone of the head carries.
+
+It hangs on the face's armature and bears a mark, by which it is found whatever it is called. What
+it was made of, a `Cut`, is remembered on it and on the face, so that it can be made anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import bpy
+import numpy as np
+
+from facs_rig.blender.armature import HEAD, armature_of, to_blender
+from facs_rig.blender.arrays import make_mesh, write_map
+from facs_rig.blender.hair_follows import (
+    MARK,
+    VERSION,
+    check_hair,
+    hair_of,
+    is_hair,
+    write_rest,
+)
+from facs_rig.blender.pose import identity_of
+from facs_rig.common.errors import InputError
+from facs_rig.hair.cut import Cut, from_json, to_json
+from facs_rig.hair.mesh import KINDS, ROUGHNESS, HairMesh, hair_mesh
+from facs_rig.rig import FaceRig
+
+__all__ = [
+    "add_hair", "colour_of", "cut_of", "hair_material", "hair_of", "has_cut", "is_hair", "kind_of",
+    "remove_hair", "set_colour", "wear",
+]  # fmt: skip
+
+CUT, KIND = "facs_hair_cut", "facs_hair_kind"  # properties of the hair object and of its face
+MADE_IN = "facs_hair_colour"  # property of the hair object: its colour as it was made
+SHADE = "shade"  # attribute of the vertices: what the colour is multiplied by
+COLOUR_NODE = "Hair"  # label of the node with the colour
+MAP = "UVMap"  # v runs along the strands
+
+
+def cut_of(face: bpy.types.Object) -> Cut | None:
+    """What the hair of a face is made of, or was before it was taken away; None if it never had
+    any. InputError for what is not as we wrote it."""
+    hair = hair_of(face)
+    text = face.get(CUT) if hair is None else hair.get(CUT, face.get(CUT))
+    if text is None:
+        return None
+    if not isinstance(text, str):
+        raise InputError(f"what is kept of the hair of '{face.name}' is no text")
+    return from_json(text)
+
+
+def has_cut(face: bpy.types.Object) -> bool:
+    """Whether `cut_of` knows any, without reading it."""
+    hair = hair_of(face)
+    return CUT in face or (hair is not None and CUT in hair)
+
+
+def kind_of(face: bpy.types.Object) -> str:
+    """As which of KINDS the hair of a face was made; empty if there is none."""
+    hair = hair_of(face)
+    kind = hair.get(KIND) if hair is not None else None
+    return kind if kind in KINDS else ""
+
+
+def add_hair(
+    face: bpy.types.Object,
+    rig: FaceRig,
+    cut: Cut,
+    kind: str = "locks",
+    collection: bpy.types.Collection | None = None,
+) -> bpy.types.Object:
+    """Make the hair of a face, or make what it has anew; return the hair object.
+
+    rig : the full one, whatever the face's level of detail
+    kind : of facs_rig.hair.mesh.KINDS
+    collection : where a new object is linked; those of the face if None
+    Raises InputError, with nothing changed: as `wear`, and for another kind.
+    """
+    check_hair(face)
+    return wear(face, hair_mesh(rig, identity_of(face), cut, kind), identity_of(face), collection)
+
+
+def wear(
+    face: bpy.types.Object,
+    made: HairMesh,
+    identity: Mapping[str, float],
+    collection: bpy.types.Collection | None = None,
+) -> bpy.types.Object:
+    """Put hair that was made for this person on a face; return the hair object.
+
+    Hair that is there keeps its object and material, and the colour that the artist gave it.
+    Raises InputError, with nothing changed, for a face without its armature and as `check_hair`.
+    """
+    check_hair(face)
+    armature, hair = armature_of(face), hair_of(face)
+    if armature is None:
+        raise InputError(f"'{face.name}' has lost its bones, which carry the hair; add a new face")
+    name = f"{face.name} Hair"
+    mesh = _mesh(name, made)
+    write_rest(mesh, made.points, identity)
+    if hair is None:
+        hair = bpy.data.objects.new(name, mesh)
+        mesh.materials.append(hair_material(made.colour))
+        hair.parent = armature
+    else:
+        _exchange(hair, mesh, made.colour)
+    _bind(hair, armature)
+    hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
+    hair[KIND], hair[CUT] = made.kind, to_json(made.cut)
+    face[CUT] = hair[CUT]
+    if not hair.users_collection:
+        for home in (collection,) if collection is not None else face.users_collection:
+            home.objects.link(hair)
+    return hair
+
+
+def remove_hair(face: bpy.types.Object) -> None:
+    """Take the hair of a face away, with all that it alone uses; no error without any.
+
+    The face remembers the cut. InputError as `check_hair`.
+    """
+    check_hair(face)
+    hair = hair_of(face)
+    if hair is None:
+        return
+    mesh, materials = hair.data, [m for m in hair.data.materials if m is not None]
+    bpy.data.objects.remove(hair)
+    if not mesh.users:
+        bpy.data.meshes.remove(mesh)
+    for material in set(materials):
+        if not material.users:
+            bpy.data.materials.remove(material)
+
+
+def colour_of(hair: bpy.types.Object) -> tuple[float, float, float] | None:
+    """The colour of hair, linear RGB, where an artist changes it; None without its material."""
+    node = _colour_node(hair)
+    return None if node is None else tuple(node.outputs[0].default_value[:3])
+
+
+def set_colour(hair: bpy.types.Object, colour: tuple[float, float, float]) -> None:
+    """Colour hair, linear RGB, in renders and in solid shading; nothing without its material."""
+    for material in hair.data.materials:
+        node = _node_in(material)
+        if node is not None and material.library is None:
+            _paint(material, node, colour)
+            return
+
+
+def _mesh(name: str, made: HairMesh) -> bpy.types.Mesh:
+    corners = np.ascontiguousarray(made.quads, dtype=np.int32).reshape(-1)
+    starts = np.arange(0, len(corners), 4, dtype=np.int32)
+    mesh = make_mesh(name, to_blender(made.points), corners, starts)
+    mesh.update(calc_edges=True)
+    mesh.uv_layers.new(name=MAP)
+    write_map(mesh.uv_layers[MAP], made.uv[corners])
+    mesh.attributes.new(SHADE, "FLOAT", "POINT")
+    mesh.attributes[SHADE].data.foreach_set("value", made.shade.astype(np.float32))
+    return mesh
+
+
+def _exchange(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
+    """Give hair another mesh with the materials of its old one."""
+    old, painted, first = hair.data, colour_of(hair), hair.get(MADE_IN)
+    for material in old.materials:
+        mesh.materials.append(material)
+    if not len(mesh.materials):
+        mesh.materials.append(hair_material(colour))
+    hair.data = mesh
+    if painted is not None and first is not None and np.allclose(painted, first, atol=1e-6):
+        set_colour(hair, colour)
+    if not old.users:
+        name = old.name
+        bpy.data.meshes.remove(old)
+        mesh.name = name
+
+
+def _bind(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
+    """All of it follows the bone of the head, as the skull does."""
+    group = hair.vertex_groups.get(HEAD) or hair.vertex_groups.new(name=HEAD)
+    group.add(range(len(hair.data.vertices)), 1.0, "REPLACE")
+    if armature_of(hair) is None:
+        modifier = hair.modifiers.new("Head", "ARMATURE")
+        modifier.object = armature
+
+
+# --- material ---
+
+
+def hair_material(colour: tuple[float, float, float]) -> bpy.types.Material:
+    """A new material: colour = one node, to be changed, times the shade of the vertices."""
+    material = bpy.data.materials.new(COLOUR_NODE)
+    material.roughness = ROUGHNESS
+    if material.node_tree is None:  # Blender 5 makes the nodes itself
+        material.use_nodes = True
+    tree = material.node_tree
+    shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+    shader.inputs["Roughness"].default_value = ROUGHNESS
+    plain = tree.nodes.new("ShaderNodeRGB")
+    plain.label, plain.location = COLOUR_NODE, (-600, 300)
+    shade = tree.nodes.new("ShaderNodeAttribute")
+    shade.attribute_name, shade.location = SHADE, (-600, 80)
+    shaded = tree.nodes.new("ShaderNodeVectorMath")
+    shaded.operation, shaded.location = "SCALE", (-300, 300)
+    tree.links.new(plain.outputs[0], shaded.inputs[0])
+    tree.links.new(shade.outputs["Fac"], shaded.inputs["Scale"])
+    tree.links.new(shaded.outputs[0], shader.inputs["Base Color"])
+    _paint(material, plain, colour)
+    return material
+
+
+def _paint(material: bpy.types.Material, node: bpy.types.Node, colour: tuple) -> None:
+    """Set the colour, and where solid shading and other programs look for it."""
+    node.outputs[0].default_value = material.diffuse_color = (*colour, 1.0)
+    for shader in material.node_tree.nodes:
+        if shader.type == "BSDF_PRINCIPLED":
+            shader.inputs["Base Color"].default_value = (*colour, 1.0)
+
+
+def _colour_node(hair: bpy.types.Object) -> bpy.types.Node | None:
+    found = (_node_in(material) for material in hair.data.materials)
+    return next((node for node in found if node is not None), None)
+
+
+def _node_in(material: bpy.types.Material | None) -> bpy.types.Node | None:
+    if material is None or material.node_tree is None:
+        return None
+    nodes = material.node_tree.nodes
+    return next((n for n in nodes if n.type == "RGB" and n.label == COLOUR_NODE), None)
