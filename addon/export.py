@@ -81,6 +81,8 @@ def write_mesh(
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
     worn = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
+    if hair is not None and offsets is not None:
+        hair = hair.lying_on(rig.neutral(parameters.identity) + offsets)
     rig = at_level(rig, detail)
     offsets = None if offsets is None else kept_by(rig, offsets)
     fitted = keys_kept_by(rig, fitted)

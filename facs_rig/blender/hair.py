@@ -22,6 +22,7 @@ from facs_rig.blender.hair_follows import (
     write_rest,
 )
 from facs_rig.blender.pose import identity_of
+from facs_rig.blender.reshape import fitted_offsets
 from facs_rig.common.errors import InputError
 from facs_rig.hair.cut import Cut, from_json, to_json
 from facs_rig.hair.mesh import KINDS, ROUGHNESS, HairMesh, hair_mesh
@@ -79,7 +80,11 @@ def add_hair(
     Raises InputError, with nothing changed: as `wear`, and for another kind.
     """
     check_hair(face)
-    return wear(face, hair_mesh(rig, identity_of(face), cut, kind), identity_of(face), collection)
+    who, offsets = identity_of(face), fitted_offsets(face)
+    made = hair_mesh(rig, who, cut, kind)
+    if offsets is not None and len(offsets) == rig.n_vertices:
+        made = made.lying_on(rig.neutral(who) + offsets)
+    return wear(face, made, who, collection)
 
 
 def wear(
@@ -97,9 +102,8 @@ def wear(
     armature, hair = armature_of(face), hair_of(face)
     if armature is None:
         raise InputError(f"'{face.name}' has lost its bones, which carry the hair; add a new face")
-    name = f"{face.name} Hair"
-    mesh = _mesh(name, made)
-    write_rest(mesh, made.points, identity)
+    name, kept = f"{face.name} Hair", to_json(made.cut)
+    mesh = _mesh(name, made, identity)
     if hair is None:
         hair = bpy.data.objects.new(name, mesh)
         mesh.materials.append(hair_material(made.colour))
@@ -108,8 +112,7 @@ def wear(
         _exchange(hair, mesh, made.colour)
     _bind(hair, armature)
     hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
-    hair[KIND], hair[CUT] = made.kind, to_json(made.cut)
-    face[CUT] = hair[CUT]
+    hair[KIND], hair[CUT], face[CUT] = made.kind, kept, kept
     if not hair.users_collection:
         for home in (collection,) if collection is not None else face.users_collection:
             home.objects.link(hair)
@@ -149,15 +152,21 @@ def set_colour(hair: bpy.types.Object, colour: tuple[float, float, float]) -> No
             return
 
 
-def _mesh(name: str, made: HairMesh) -> bpy.types.Mesh:
+def _mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
+    """The mesh of hair on a person; nothing is left of it after an error."""
     corners = np.ascontiguousarray(made.quads, dtype=np.int32).reshape(-1)
     starts = np.arange(0, len(corners), 4, dtype=np.int32)
     mesh = make_mesh(name, to_blender(made.points), corners, starts)
-    mesh.update(calc_edges=True)
-    mesh.uv_layers.new(name=MAP)
-    write_map(mesh.uv_layers[MAP], made.uv[corners])
-    mesh.attributes.new(SHADE, "FLOAT", "POINT")
-    mesh.attributes[SHADE].data.foreach_set("value", made.shade.astype(np.float32))
+    try:
+        mesh.update(calc_edges=True)
+        mesh.uv_layers.new(name=MAP)
+        write_map(mesh.uv_layers[MAP], made.uv[corners])
+        mesh.attributes.new(SHADE, "FLOAT", "POINT")
+        mesh.attributes[SHADE].data.foreach_set("value", made.shade.astype(np.float32))
+        write_rest(mesh, made.points, identity)
+    except BaseException:
+        bpy.data.meshes.remove(mesh)
+        raise
     return mesh
 
 

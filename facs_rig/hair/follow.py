@@ -52,7 +52,8 @@ def bind(points: NDArray, rig: FaceRig, identity: Mapping[str, float] | None = N
     weight = 1 / (away + SOFT)
     weight /= weight.sum(axis=1, keepdims=True)
     index = scalp[near]
-    anchors, axes = head_frame(rig.neutral(), rig.parts["skin"])
+    # The nape follows the head in part: axes that hang on it would shear the hair.
+    anchors, axes = head_frame(rig.neutral(), rig.parts["skin"] & (rig.weights >= 1).all(axis=1))
     lift = points - np.einsum("kc,kcd->kd", weight, vertices[index])
     frame = axes @ vertices[anchors]
     return Bound(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,10 @@ class HairMesh:
     def on(self, vertices: NDArray) -> NDArray[np.float32]:
         """(n, 3) metres, the points on a posed face (v, 3) of the rig."""
         return self.bound.points(vertices)
+
+    def lying_on(self, vertices: NDArray) -> HairMesh:
+        """The same hair, its points on an upright face at rest (v, 3) whose skin was fitted."""
+        return replace(self, points=self.on(vertices))
 
     def worn_on(self, vertices: NDArray) -> Worn:
         """The same as a face wears it in a file."""

@@ -194,8 +194,9 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
     no bones carry any."""
     if not found.hair or armature_of(face) is None:
         return
-    if found.fit.hair is not None:
-        wear(face, found.fit.hair, identity_of(face))
+    hair, who = found.fit.hair, identity_of(face)
+    if hair is not None:
+        wear(face, hair.lying_on(found.fit.rig.neutral(who) + found.fit.offsets), who)
         return
     remove_hair(face)
     face.pop(CUT, None)
