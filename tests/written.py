@@ -10,17 +10,21 @@ from facs_rig import load_rig
 
 
 def points_of(path: Path) -> np.ndarray:
-    """(n, 3) vertices of an .obj, .ply or .glb.
+    """(n, 3) vertices of the face in an .obj, .ply or .glb, without the hair beside it.
 
     Readers cut the surface of an .obj apart where its texture has a seam, so that its lines are
     read here; a .glb is cut by its materials, too, which is undone if it holds a face of the rig.
     """
     if path.suffix == ".obj":
-        lines = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
+        face = path.read_text(encoding="utf-8").partition("\no hair\n")[0]
+        lines = (line.split() for line in face.splitlines())
         return np.array([words[1:4] for words in lines if words[:1] == ["v"]], dtype=float)
     import trimesh
 
-    mesh = trimesh.load(path, process=False, force="mesh", maintain_order=True)
+    scene = trimesh.load(path, process=False, force="scene", maintain_order=True)
+    if "hair" in scene.geometry:
+        scene.delete_geometry("hair")
+    mesh = scene.to_mesh()
     points = np.asarray(mesh.vertices)
     order = glb_order()
     if path.suffix != ".glb" or len(points) != len(order):

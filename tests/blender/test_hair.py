@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ bpy = pytest.importorskip("bpy")
 from addon.blender.background import live  # noqa: E402
 from facs_rig import FaceParameters  # noqa: E402
 from facs_rig.blender import build_face, set_identity  # noqa: E402
-from facs_rig.blender.armature import to_blender  # noqa: E402
+from facs_rig.blender.armature import from_blender, to_blender  # noqa: E402
 from facs_rig.blender.hair import (  # noqa: E402
     CUT,
     add_hair,
@@ -177,8 +178,9 @@ def test_edited_hair_keeps_its_shape(plain, rig, cut):
     wind = hair.shape_key_add(name="Wind", from_mix=False)
     wind.data[5].co.x += 0.03
     before = places(hair)
-    core = np.stack([before[:, 0], before[:, 2], -before[:, 1]], axis=1)
-    wanted = to_blender(bind(core, rig, identity_of(plain)).points(rig.neutral(THEN)))
+    wanted = to_blender(
+        bind(from_blender(before), rig, identity_of(plain)).points(rig.neutral(THEN))
+    )
     reshape(plain, rig, THEN)
     assert np.abs(places(hair) - wanted).max() < 1e-6
     keys = hair.data.shape_keys.key_blocks
@@ -403,7 +405,7 @@ def test_a_sketch_without_hair_takes_it_away(face, monkeypatch):
 
 def test_sliders_of_the_person_take_it_along(face, rig):
     hair, before = hair_of(face), places(hair_of(face))
-    bound = bind(hair_mesh(rig, identity_of(face), cut_of(face)).points, rig, identity_of(face))
+    bound = bind(from_blender(before), rig, identity_of(face))
     face.sketch_to_face.identity.head_width += 0.4
     bpy.ops.sketch_to_face.random_person(seed=3)
     wanted = to_blender(bound.points(rig.neutral(identity_of(face))))
@@ -444,8 +446,7 @@ def test_the_panel_shows_colour_and_buttons(face):
 
     def drawn():
         layout = Layout()
-        panel = type("Panel", (), {"layout": layout, "_hair": Result._hair})()
-        Result.draw(panel, bpy.context)
+        Result.draw(SimpleNamespace(layout=layout), bpy.context)
         return str(layout.noted)
 
     assert "hair_colour" in drawn() and drawn().count("sketch_to_face.hair'") == 3

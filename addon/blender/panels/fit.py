@@ -208,6 +208,25 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         layout.operator(sketch.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 
+def _draw_hair(layout, face) -> None:
+    """Its colour, and how it is made."""
+    if not has_cut(face):
+        return
+    kind = kind_of(face)
+    column = layout.column(align=True)
+    if kind:
+        column.prop(face.sketch_to_face, "hair_colour")
+    row = column.row(align=True)
+    row.label(text="Hair")
+    make = hair.SKETCHTOFACE_OT_hair.bl_idname
+    row.operator(make, text="Locks", text_ctxt=translation.OWN,
+                 depress=kind == "locks").kind = "locks"  # fmt: skip
+    row.operator(make, text="Surface", text_ctxt=translation.OWN,
+                 depress=kind == "surface").kind = "surface"  # fmt: skip
+    if kind:
+        row.operator(make, text="", icon="X").kind = "none"
+
+
 class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
     """How near the face came, what to do with the rest, where it goes."""
 
@@ -232,7 +251,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         if key is not None:
             column.prop(key, "value", text="Fitted Details", slider=True)
         column.prop(face.sketch_to_face, "caricature", slider=True)
-        self._hair(face)
+        _draw_hair(self.layout, face)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
         column.label(text=translation.label("Strokes without a place: {count}", count=lost))
@@ -248,24 +267,6 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
                      icon="FILE_TICK")  # fmt: skip
         row.operator(export.SKETCHTOFACE_OT_export.bl_idname, text="Export",
                      icon="EXPORT")  # fmt: skip
-
-    def _hair(self, face):
-        """Its colour, and how it is made."""
-        if not has_cut(face):
-            return
-        kind = kind_of(face)
-        column = self.layout.column(align=True)
-        if kind:
-            column.prop(face.sketch_to_face, "hair_colour")
-        row = column.row(align=True)
-        row.label(text="Hair")
-        make = hair.SKETCHTOFACE_OT_hair.bl_idname
-        row.operator(make, text="Locks", text_ctxt=translation.OWN,
-                     depress=kind == "locks").kind = "locks"  # fmt: skip
-        row.operator(make, text="Surface", text_ctxt=translation.OWN,
-                     depress=kind == "surface").kind = "surface"  # fmt: skip
-        if kind:
-            row.operator(make, text="", icon="X").kind = "none"
 
 
 CLASSES = (
