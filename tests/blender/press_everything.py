@@ -210,6 +210,7 @@ def corrections() -> None:
     """What was read is corrected, pinned, shown, fitted again in every way."""
     settings().sketch = sketch
     face = press("sketch_to_face.fit")
+    press("sketch_to_face.hair", kind="surface")
     press("sketch_to_face.decide", name="smile", decision="REJECT")
     press("sketch_to_face.evidence")
     overlay = sys.modules[MODULE + ".viewport.overlay"]
