@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -16,20 +17,30 @@ def points_of(path: Path) -> np.ndarray:
     read here; a .glb is cut by its materials, too, which is undone if it holds a face of the rig.
     """
     if path.suffix == ".obj":
-        face = path.read_text(encoding="utf-8").partition("\no hair\n")[0]
-        lines = (line.split() for line in face.splitlines())
+        lines = (line.split() for line in _bald(path).splitlines())
         return np.array([words[1:4] for words in lines if words[:1] == ["v"]], dtype=float)
-    import trimesh
-
-    scene = trimesh.load(path, process=False, force="scene", maintain_order=True)
-    if "hair" in scene.geometry:
-        scene.delete_geometry("hair")
-    mesh = scene.to_mesh()
-    points = np.asarray(mesh.vertices)
+    points = np.asarray(face_of(path).vertices)
     order = glb_order()
     if path.suffix != ".glb" or len(points) != len(order):
         return points
     return in_rig_order(points)
+
+
+def face_of(path: Path):
+    """The face in an .obj, .ply or .glb as trimesh reads it, without the hair beside it."""
+    import trimesh
+
+    if path.suffix == ".obj":
+        return trimesh.load(io.StringIO(_bald(path)), "obj", force="mesh", process=False)
+    scene = trimesh.load(path, process=False, force="scene", maintain_order=True)
+    if "hair" in scene.geometry:
+        scene.delete_geometry("hair")
+    return scene.to_mesh()
+
+
+def _bald(path: Path) -> str:
+    """An .obj up to where its hair begins."""
+    return path.read_text(encoding="utf-8").partition("\no hair\n")[0]
 
 
 def glb_order() -> np.ndarray:

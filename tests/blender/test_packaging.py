@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-import trimesh
 from packaging.requirements import Requirement
 from scipy.spatial import cKDTree
 
@@ -29,6 +28,7 @@ from addon.packaging.wheel import BUILD, core_wheel, lean
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, load_rig
 from facs_rig.identity import IDENTITY_KEYS
 from tests.nightly import at_night, sample
+from tests.written import face_of
 
 from .conftest import ROOT, SKETCH
 from .newer_blender import Missing, python_3_13
@@ -349,7 +349,7 @@ def check_export(path: Path, shown: np.ndarray) -> bool:
     """Whether trimesh reads this format; if so its vertices are those that are shown, in metres."""
     if path.suffix in (".blend", ".fbx"):  # Blender has read it, in press_everything.py
         return False
-    mesh = trimesh.load(path, force="mesh", process=False)
+    mesh = face_of(path)
     assert len(mesh.faces) == len(load_rig().triangles)
     for some, others in ((shown, mesh.vertices), (mesh.vertices, shown)):
         away, _ = cKDTree(others).query(some)
