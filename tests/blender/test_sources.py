@@ -7,6 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from facs_rig.blender.hair import hair_of  # noqa: E402
 from facs_rig.common.errors import InputError  # noqa: E402
 
 from .sheets import draw_on, image_of, lines_of, pencil_of, standing  # noqa: E402
@@ -30,7 +31,8 @@ def settings(shell):
 def test_an_image_gives_the_face_of_its_file(settings, sketch, evaluated):
     settings.sketch = str(sketch)
     from_file = evaluated(press())
-    bpy.ops.object.delete()  # or the next one comes to stand beside it
+    hair_of(bpy.context.active_object).select_set(True)
+    bpy.ops.object.delete()  # face and hair, or the next one comes to stand beside them
     settings.sketch_kind, settings.sketch_image = "IMAGE", image_of(sketch)
     face = press()
     assert face.name == "Drawn"
