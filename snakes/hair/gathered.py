@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from facs_rig.hair.cut import Ball, Cut
 from facs_rig.hair.shell import shell_on
@@ -15,6 +18,8 @@ __all__ = ["gathered"]
 
 OFF = 0.012
 """Metres beyond the surface from which on hair is no longer its own."""
+NEAR = 0.012
+"""Metres from the surface from which on it is led there: nothing hangs from nothing."""
 LEAST, MOST = 0.0013, 3
 """Square metres of hair that may be gathered, and how many of the largest pieces are."""
 ROUND = 1.8
@@ -40,7 +45,20 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
     largest = np.argsort(-size)[:MOST] + 1
     found = [_ball(sight, label == k) for k in largest if size[k - 1] >= LEAST]
-    return tuple(ball for ball in found if ball is not None)
+    return tuple(_held(sight, cut, ball) for ball in found if ball is not None)
+
+
+def _held(sight: Sight, cut: Cut, ball: Ball) -> Ball:
+    """What is gathered, with a beginning at the nearest place of a cut's surface if it is off."""
+    made = shell_on(sight.head, replace(cut, balls=(ball,)))
+    surface = made.points[made.outer.ravel()]
+    away, near = cKDTree(surface).query(made.points[made.tails[0].ravel()])
+    if away.min() < NEAR:
+        return ball
+    root = _from_axis(sight, surface[near[away.argmin()]][None].astype(float))
+    line = np.concatenate([root, ball.line])
+    line[:, 0] = np.unwrap(line[:, 0])
+    return replace(ball, line=line, radius=np.concatenate([ball.radius[:1], ball.radius]))
 
 
 def _ball(sight: Sight, piece: NDArray) -> Ball | None:
@@ -80,6 +98,12 @@ def _on_head(sight: Sight, cells: NDArray) -> NDArray[np.float64]:
         far = (head.eyes[0] - places[:, 0]) / toward[0]
         places = places + far[:, None] * toward
         places[:, 2] = np.minimum(places[:, 2], start[2])
+    return _from_axis(sight, places)
+
+
+def _from_axis(sight: Sight, places: NDArray) -> NDArray[np.float64]:
+    """(k, 3) the same of places (k, 3) in metres."""
+    head = sight.head
     x, y, z = (places - [head.eyes[0], head.eyes[1], head.middle[2]]).T
     azimuth, far = np.unwrap(np.arctan2(x, z)), np.hypot(x, z)
     skin = np.where(y > 0.97 * head.above, 0.0, head.levels(head.axis, azimuth, y))

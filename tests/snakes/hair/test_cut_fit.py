@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from facs_rig import Camera, load_rig
 from facs_rig.common.box import Box
 from facs_rig.hair.cut import mirrored
 from facs_rig.hair.presets import preset
+from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
 from snakes.hair.region import PageHair
 from snakes.hair.texture import Strokes
@@ -78,6 +80,22 @@ def test_a_bun_is_gathered(hairy):
     assert cut.thick.max() < plain.thick.max() + 0.02  # no tower
     hair, _ = hairy.seen(cut, scene.parameters, scene.camera)
     assert hairy.overlap(hair, scene.hair | bun) > 0.8
+
+
+def test_nothing_hangs_from_nothing(hairy):
+    """Hair beside the neck, with a gap above it, becomes bunches that the head wears."""
+    scene, rig = hairy("crop", 0), load_rig()
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    middle = np.flatnonzero(scene.hair.any(axis=0)).mean()
+    chin = np.flatnonzero(scene.head.any(axis=1))[-1] - 0.3 * scene.unit
+    aside = np.abs(np.abs(u - middle) - 0.45 * scene.unit) < 0.07 * scene.unit
+    bunches = aside & (np.abs(v - chin) < 0.2 * scene.unit)
+    cut = refitted(scene, scene.hair | bunches)
+    assert cut.balls
+    made = shell(rig, scene.parameters.identity, cut)
+    surface = cKDTree(made.points[made.outer.ravel()])
+    for tail in made.tails:
+        assert surface.query(made.points[tail.ravel()])[0].min() < 0.012
 
 
 def test_hair_that_leaves_the_page_does_not_end_there(hairy):
