@@ -49,7 +49,7 @@ def kept_fits(monkeypatch):
         if key not in known:
             known[key] = fit(drawing, options, None, detector)
         if shaped:
-            shaped(known[key].parameters, known[key].offsets)
+            shaped(known[key].parameters, known[key].offsets, known[key].keys)
         return known[key]
 
     def kept_read(drawing, align=None, detector=None):
