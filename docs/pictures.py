@@ -469,7 +469,7 @@ def stages() -> None:
 
 def engraved() -> None:
     """Strokes without a place on the face: ignored, engraved and embossed."""
-    save("engraved.png", carved_faces())
+    save("engraved.png", carved_faces(), few_colours=False)  # or the thin blue lines go
 
 
 def sphere() -> None:
