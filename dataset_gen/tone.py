@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from facs_rig import Camera, FaceRig
 
+from .hair_area import Area
 from .linework.paper import grained
 from .linework.style import Style
 from .shading import cell_size, known, light_on, skin_depth
@@ -22,11 +23,13 @@ HOLLOW, DEEP = 2.2, 0.5  # cells: how wide a hollow is looked for, how deep a da
 Floats = NDArray[np.float32]
 
 
-def graphite(rig: FaceRig, vertices: NDArray, camera: Camera, style: Style) -> Floats | None:
+def graphite(
+    rig: FaceRig, vertices: NDArray, camera: Camera, style: Style, hair: Area | None = None
+) -> Floats | None:
     """Darkness (h, w) 0..1 of the shade on a posed face (n, 3), in pixels of `camera`, or None.
 
     `style.graphite` says how dark, `style.light` where the light is, `style.smudge` whether the
-    tooth of the paper shows in it or it is rubbed smooth.
+    tooth of the paper shows in it or it is rubbed smooth. hair : what lies over the face
     """
     if not style.graphite:
         return None
@@ -48,6 +51,8 @@ def graphite(rig: FaceRig, vertices: NDArray, camera: Camera, style: Style) -> F
         for values in (dark, gaussian_filter(skin.astype(float), 0.8))
     )
     tone *= np.clip(EDGE * (inside - WITHIN), 0, 1) * np.float32(DARKEST * style.graphite)
+    if hair is not None:
+        tone = np.where(hair.mask, np.float32(DARKEST * style.graphite) * hair.dark, tone)
     return grained(tone, replace(style, grain=1 - style.smudge))
 
 

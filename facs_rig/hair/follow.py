@@ -47,7 +47,7 @@ def bind(points: NDArray, rig: FaceRig, identity: Mapping[str, float] | None = N
     """
     is_shape(np.asarray(points), (None, 3), "points")
     vertices = rig.neutral(identity)
-    scalp = _scalp(rig)
+    scalp = scalp(rig)
     away, near = cKDTree(vertices[scalp]).query(points, NEAREST)
     weight = 1 / (away + SOFT)
     weight /= weight.sum(axis=1, keepdims=True)
@@ -63,7 +63,7 @@ def bind(points: NDArray, rig: FaceRig, identity: Mapping[str, float] | None = N
     )  # fmt: skip
 
 
-def _scalp(rig: FaceRig) -> NDArray[np.intp]:
+def scalp(rig: FaceRig) -> NDArray[np.intp]:
     """The vertices of the skull behind the forehead and above the ears, which no action moves."""
     rest = rig.neutral()
     skin = rig.parts["skin"]

@@ -89,19 +89,19 @@ def _heads(rig: FaceRig) -> dict[tuple, Head]:
 
 @derived
 def _outside(rig: FaceRig) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Triangles of the skin but for the mouth's lining, and those of them that are no ear's.
+    """Triangles of the skin but for the mouth's lining: those that are no ear's, and the ears'.
 
-    Of the medium level, where there is one: hair keeps more off than the finest detail is high.
+    Of the full face those of the medium level: hair keeps more off than the finest detail is high.
     """
     triangles = rig.triangles
-    if "medium" in rig.lighter:
+    if rig.level == "full":
         corners, starts = rig.lighter["medium"]
         triangles = triangulate(rig.texture.vertices[corners], starts)
     skin = painted(rig).material != MATERIAL_NAMES.index("mouth")
     skin &= rig.parts["skin"]
     ears = np.linalg.norm(rig.neutral({"ear_wing": 1.0}) - rig.neutral(), axis=1) > EAR_MOVES
     skin, ears = (of[triangles].any(axis=1) for of in (skin, ears))
-    return triangles[skin], triangles[skin & ~ears]
+    return triangles[skin & ~ears], triangles[skin & ears]
 
 
 def measured(rig: FaceRig, vertices: NDArray) -> Head:
@@ -119,7 +119,7 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     back = skin[skin[:, 1] > low][:, 2].min()
     middle = np.array([eyes[0], eyes[1] + WIDEST * above, (place["forehead"][2] + back) / 2])
 
-    whole, bare = _outside(rig)
+    bare, ear = _outside(rig)
     away = vertices - middle
     azimuth, level = np.arctan2(away[:, 0], away[:, 2]), np.hypot(away[:, 0], away[:, 2])
     elevation = np.arctan2(away[:, 1], level)
@@ -129,16 +129,23 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     heights = (metres + 2 * below) / step
     far = np.linalg.norm(away, axis=1)
 
-    axis = _filled(_unrolled(azimuth, heights, level, bare, HIGH))
-    ears = np.fmax(_unrolled(azimuth, heights, level, whole, HIGH), axis)
-    skull = _filled(_unrolled(azimuth, rays, far, bare, STEEP))
-    covered = np.fmax(_unrolled(azimuth, rays, far, whole, STEEP), skull)
+    axis, ears = _with_ears(azimuth, heights, level, bare, ear, HIGH)
+    skull, covered = _with_ears(azimuth, rays, far, bare, ear, STEEP)
     hull = maximum_filter1d(_softly_over(ears), 2 * FALLS_CLEAR + 1, axis=1, mode="nearest")
     hull = np.maximum(gaussian_filter1d(hull, FALLS_CLEAR / 2, axis=1, mode="nearest"), ears)
     # Below the chin hair rests on the neck and goes on down: shoulders are not there to hold it.
     chin = round(below / step)
     hull[:, : chin + 1] = np.maximum.accumulate(hull[:, chin::-1], axis=1)[:, ::-1]
     return Head(eyes, middle, above, below, skull, _softly_over(covered), axis, hull)
+
+
+def _with_ears(
+    azimuth: NDArray, row: NDArray, distance: NDArray, bare: NDArray, ear: NDArray, rows: int
+) -> tuple[NDArray, NDArray]:
+    """(AROUND, rows) without gaps: the farthest of the skin without ears, and with them."""
+    skin, ears = (_unrolled(azimuth, row, distance, of, rows) for of in (bare, ear))
+    closed = _filled(skin)
+    return closed, np.fmax(np.fmax(skin, ears), closed)
 
 
 def _unrolled(
@@ -166,6 +173,8 @@ def _filled(table: NDArray) -> NDArray[np.float64]:
     out = table.copy()
     position = np.arange(-AROUND, 2 * AROUND)
     for row in out.T:
+        if np.isfinite(row).all():
+            continue
         known = np.flatnonzero(np.isfinite(np.tile(row, 3)))
         if len(known) < AROUND:  # less than a third is no outline
             row[:] = np.nan
