@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -32,12 +32,13 @@ FINER = 4  # points of an outline from one edge of the mesh to the next
 STEPS = 18  # points of a strand
 # Of each finish, pixels between strands, how many lie side by side in a lock, and their widths.
 STRANDS = {
-    "outline": ((30.0, 90.0), (1, 3), (0.7, 1.0)),
-    "strands": ((7.0, 22.0), (1, 6), (0.6, 1.1)),
-    "dense": ((2.6, 5.0), (3, 10), (0.6, 1.3)),
+    "outline": ((25.0, 80.0), (1, 3), (0.7, 1.0)),
+    "strands": ((4.0, 14.0), (1, 5), (0.6, 1.1)),
+    "dense": ((2.0, 3.6), (2, 8), (0.6, 1.2)),
     "hatch": ((30.0, 90.0), (1, 3), (0.7, 1.0)),
     "brush": ((14.0, 40.0), (1, 4), (0.6, 1.2)),
 }
+SPREAD = (0.003, 0.012)  # metres between strands of a lock
 LENGTH = (0.05, 0.17)  # metres of a strand
 ROOTS, TIPS = 0.35, 0.4  # shares of strands that begin where hair begins, that end where it ends
 LANE = (3.2, 1.2)  # pixels between the strokes of a brush: and as many widths of a line
@@ -58,6 +59,11 @@ class Worn:
         """The outer sheet, and buns, tails and braids."""
         return [Sheet.of(self.points[at]) for at in (self.shell.outer, *(
             ring.T for ring in self.shell.tails))]  # fmt: skip
+
+    @property
+    def inner(self) -> Sheet:
+        """The sheet that is seen from within, where hair hangs down behind the neck."""
+        return Sheet.of(self.points[self.shell.inner][::-1])
 
     @property
     def falls(self) -> NDArray[np.bool_]:
@@ -153,18 +159,28 @@ def hair_lines(worn: Worn, camera: Camera, pen: float, rng: np.random.Generator)
     finish = worn.hairdo.finish
     near = float(camera.relative_depth(worn.points).mean())
     scale = float(np.mean(camera.scale)) / near  # pixels of a metre
-    sets = _outline(worn, camera, rng) + _edges(worn, rng)
+    edges, inside = _outline(worn, camera, rng) + _edges(worn, rng), []
     for k, sheet in enumerate(worn.sheets):
         if k and worn.cut.balls[k - 1].plait:
             continue
         if finish == "curls":
-            sets += _curls(sheet, scale, rng)
+            inside += _curls(sheet, rng)
             continue
         if finish == "brush":
-            sets.append(_brushed(sheet, scale, pen, rng))
+            inside.append(_brushed(sheet, scale, pen, rng))
         if finish in STRANDS:
-            sets += _strands(worn, sheet, scale, rng, on_head=not k)
-    return sets + _plaits(worn)
+            inside += _strands(worn, sheet, scale, rng, on_head=not k)
+    if worn.falls.any() and finish != "outline":  # what hangs down behind the neck, from within
+        sheet = worn.inner
+        inside += [_brushed(sheet, scale, pen, rng)] if finish == "brush" else []
+        inside += _strands(worn, sheet, scale, rng, on_head=True) if finish in STRANDS else []
+    inside += _plaits(worn)
+    return edges + [replace(lines, shown=_faces(lines, camera)) for lines in inside]
+
+
+def _faces(lines: LineSet, camera: Camera) -> NDArray[np.bool_]:
+    """(m,) where the surface under lines is turned to the camera."""
+    return np.einsum("ij,ij->i", lines.normals, camera.view_vectors(lines.points)) > 0
 
 
 # --- outline and edges ----------------------------------------------------------------------------
@@ -245,7 +261,7 @@ def _edges(worn: Worn, rng: np.random.Generator) -> list[LineSet]:
     metres = sheet.at(sheet.metres, column, np.full(len(column), rows - 1.0))[:, 1]
     along = np.cumsum(sheet.metres[:, -1, 0]).mean() / columns * column
     # Tips of locks reach beyond the edge; where hair lies on the skin its roots are uneven.
-    tips = np.abs(np.sin(along / rng.uniform(0.004, 0.012) + 3 * np.sin(along / 0.031)))
+    tips = _tips(along, rng.uniform(0.006, 0.025), rng)
     size = falls * rng.uniform(0, 0.014) + (1 - falls) * rng.uniform(0, 0.004)
     if finish == "curls":
         size = size + 0.004
@@ -260,6 +276,17 @@ def _edges(worn: Worn, rng: np.random.Generator) -> list[LineSet]:
         fade = np.clip(1.4 - 1.4 * half / half.max(), 0, 1)
         sets.append(sheet.lines(EDGE, half, 0 * half, fade, np.array([0.9])))
     return sets
+
+
+def _tips(along: NDArray, wide: float, rng: np.random.Generator) -> NDArray[np.float64]:
+    """(m,) 0 to 1, the tips of locks about `wide` metres wide along an edge."""
+    steps = wide * rng.uniform(0.3, 1.7, int(along[-1] / wide) + 2)
+    ends = np.cumsum(steps)
+    lock = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+    place = 1 - (ends[lock] - along) / steps[lock]
+    peak = rng.uniform(0.3, 0.7, len(ends))[lock]
+    rise = np.minimum(place / peak, (1 - place) / (1 - peak))
+    return np.clip(rise, 0, 1) ** 0.8 * rng.uniform(0.2, 1, len(ends))[lock]
 
 
 # --- strands --------------------------------------------------------------------------------------
@@ -284,7 +311,7 @@ def _strands(
     column, row, kind = column[lock], row[lock], kind[lock]
     place = np.stack([column, row], axis=-1)
     metres = sheet.at(sheet.metres, place[:, 0], place[:, 1])
-    spread = rng.uniform(0.002, 0.007)
+    spread = rng.uniform(*SPREAD)
     column = column + rng.normal(0, spread, count) / np.maximum(metres[:, 0], 0.002)
     reach = length * rng.lognormal(0, 0.35, count) / metres[:, 1]
     ends = rows + rng.normal(0.15, 0.25, count)
@@ -334,24 +361,24 @@ def _brushed(sheet: Sheet, scale: float, pen: float, rng: np.random.Generator) -
         angle = 2 * np.pi * column / columns
         wander = np.sin(2 * angle + rng.uniform(0, 6)) + 0.6 * np.sin(5 * angle)
         middle = rng.uniform(0.25, 0.5) + 0.06 * wander + 0.04 * rng.normal(size=count)
-        half = np.maximum(rng.uniform(0.03, 0.12) + 0.06 * rng.normal(size=count), 0)
+        half = np.maximum(rng.uniform(0.03, 0.15) + 0.06 * rng.normal(size=count), 0)
         half = half * (np.sin(angle * rng.integers(1, 3) + rng.uniform(0, 6)) > -0.5)
         strength[np.abs(t - middle[:, None]) < half[:, None]] = 0
     width = np.full(count, 1.5 * gap / pen)
     return sheet.lines(MASS, column[:, None] + bend, row, strength, width)
 
 
-def _curls(sheet: Sheet, scale: float, rng: np.random.Generator) -> list[LineSet]:
-    """Loops all over the surface."""
-    size = rng.uniform(0.004, 0.009)
-    count = int(sheet.area.sum() / (size**2 * rng.uniform(6, 40)))
+def _curls(sheet: Sheet, rng: np.random.Generator) -> list[LineSet]:
+    """Open loops all over the surface."""
+    size = rng.uniform(0.0055, 0.0115)
+    count = int(sheet.area.sum() / (size**2 * rng.uniform(3.5, 16)))
     if count < 1:
         return []
     column, row = sheet.seeds(count, rng)
     metres = sheet.at(sheet.metres, column, row)
-    turns = rng.uniform(0.5, 1.4, count)[:, None]
+    turns = rng.choice([-1, 1], (count, 1)) * rng.uniform(0.3, 1.0, count)[:, None]
     angle = 2 * np.pi * (turns * np.linspace(0, 1, STEPS) + rng.random((count, 1)))
-    shrink = np.linspace(1, 0.5, STEPS) * size * rng.uniform(0.6, 1.3, count)[:, None]
+    shrink = np.linspace(1, 0.35, STEPS) * size * rng.uniform(0.6, 1.3, count)[:, None]
     wide = np.minimum(shrink / np.maximum(metres[:, :1], 0.002), 1.5)
     tall = np.minimum(shrink / metres[:, 1:], 1.5)
     around = column[:, None] + wide * np.cos(angle)
