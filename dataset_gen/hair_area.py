@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_fill_holes, gaussian_filter, label
+from scipy.ndimage import gaussian_filter
 
 from facs_rig import Camera, FaceRig
 from facs_rig.levels import at_level
@@ -17,10 +18,12 @@ from .linework.kernels import kernels
 from .linework.strokes import Stroke
 from .linework.zero_sets import chains
 
+FILLED = ("black", "hatch")
 CELL = 2  # pixels to a side of the cells that outlines go around
 LEAST = 8  # cells: smaller parts and holes of hair are left out
 THINNED = 2  # of the points of an outline, every so many are kept
 LIGHTEST = 0.25  # darkness of blond hair in graphite, where black hair's is 1
+SHINE, SOFT = 0.6, 2.5  # share of its darkness that light takes; pixels over which it changes
 LAMP = np.array([-0.45, 0.65, 0.6])  # where hair shines
 
 
@@ -28,32 +31,52 @@ LAMP = np.array([-0.45, 0.65, 0.6])  # where hair shines
 class Area:
     """Hair as it is seen on a page.
 
-    mask : (h, w) bool;  dark : (h, w) float32, 0 to 1, how dark it is there
+    owner : (r, c) int32, which triangle of `worn.shell` is seen in each cell, -1 none
+    cell : pixels to a side of these;  size : width and height of the page
     """
 
-    mask: NDArray[np.bool_]
-    dark: NDArray[np.float32]
+    owner: NDArray[np.int32]
+    cell: int
+    size: tuple[int, int]
+    worn: Worn
+
+    @cached_property
+    def mask(self) -> NDArray[np.bool_]:
+        """(h, w) which pixels show hair."""
+        return self._on_page(self.owner >= 0)
+
+    @cached_property
+    def dark(self) -> NDArray[np.float32]:
+        """(h, w) 0 to 1, how dark hair is there: by its colour, and where it shines."""
+        a, b, c = (self.worn.points[self.worn.shell.triangles[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        lit = np.clip(normal @ (LAMP / np.linalg.norm(LAMP)), 0, 1) ** 2
+        darkness = LIGHTEST + (1 - LIGHTEST) * self.worn.hairdo.colour
+        hair = self.owner >= 0
+        shade = np.where(hair, np.append(darkness * (1 - SHINE * lit), 0)[self.owner], 0)
+        around = gaussian_filter(hair.astype(float), SOFT / self.cell)
+        shade = gaussian_filter(shade, SOFT / self.cell) / np.maximum(around, 1e-6)
+        return (self._on_page(shade) * self.mask).astype(np.float32)
+
+    def _on_page(self, values: NDArray) -> NDArray:
+        w, h = self.size
+        return values.repeat(self.cell, axis=0).repeat(self.cell, axis=1)[:h, :w]
 
     def outlines(self) -> list[NDArray[np.float64]]:
         """Its outlines (k, 2) in pixels, a closed one for each part; painted, each is that part.
 
         A hole is gone around as well, on a way out of the outline to it and back.
         """
-        h, w = (-(-n // CELL) for n in self.mask.shape)
-        cells = np.zeros((h * CELL, w * CELL), dtype=np.float32)
-        cells[: self.mask.shape[0], : self.mask.shape[1]] = self.mask
-        cells = cells.reshape(h, CELL, w, CELL).mean(axis=(1, 3)) >= 0.5
-        cells = _without_specks(~_without_specks(~cells))
-        parts, count = label(cells)
-        out = []
-        for k in range(1, count + 1):
-            part = parts == k
-            outer = binary_fill_holes(part)
-            whole = max(_loops(outer), key=len)
-            for hole in _loops(outer & ~part):
-                whole = _joined(whole, hole)
-            out.append(CELL * whole)
-        return out
+        step = CELL // self.cell
+        loops = [loop for loop in _loops(self.owner[::step, ::step] >= 0) if _size(loop) >= LEAST]
+        loops.sort(key=_size, reverse=True)
+        around = [[k for k in range(n) if _holds(loops[k], loop[0])] for n, loop in enumerate(loops)]
+        out = {n: loops[n] for n, outer in enumerate(around) if not len(outer) % 2}
+        for n, outer in enumerate(around):
+            if len(outer) % 2:
+                out[outer[-1]] = _joined(out[outer[-1]], loops[n])
+        return [CELL * loop for loop in out.values()]
 
 
 def area_of(worn: Worn, rig: FaceRig, vertices: NDArray, camera: Camera) -> Area:
@@ -61,37 +84,28 @@ def area_of(worn: Worn, rig: FaceRig, vertices: NDArray, camera: Camera) -> Area
     few = at_level(rig, "game")
     points = np.concatenate([vertices[few.of_full], worn.points])
     triangles = np.concatenate([few.triangles, worn.shell.triangles + few.n_vertices])
-    pixels = np.ascontiguousarray(camera.project(points), dtype=float)
-    shape = camera.height, camera.width
+    cell = 1 if worn.hairdo.finish in FILLED else CELL
+    pixels = np.ascontiguousarray(camera.project(points) / cell, dtype=float)
+    w, h = -(-camera.width // cell), -(-camera.height // cell)
     own = pixels[few.n_vertices :]
-    low = np.clip(np.floor(own.min(axis=0)), 0, shape[::-1]).astype(int)
-    high = np.clip(np.ceil(own.max(axis=0)), 0, shape[::-1]).astype(int)
+    low = np.clip(np.floor(own.min(axis=0)), 0, (w, h)).astype(int)
+    high = np.clip(np.ceil(own.max(axis=0)), 0, (w, h)).astype(int)
     v, u = np.mgrid[low[1] : high[1], low[0] : high[0]]
-    places = np.stack([u.ravel(), v.ravel()], axis=1) + 0.5
-    _, owner = kernels().topmost(
+    _, seen = kernels().topmost(
         pixels, np.ascontiguousarray(points[:, 2], dtype=float),
-        np.ascontiguousarray(triangles, dtype=np.int32), places,
+        np.ascontiguousarray(triangles, dtype=np.int32),
+        np.stack([u.ravel(), v.ravel()], axis=1) + 0.5,
     )  # fmt: skip
-    mask, dark = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.float32)
-    hair = owner >= len(few.triangles)
-    mask[low[1] : high[1], low[0] : high[0]] = hair.reshape(u.shape)
-    a, b, c = (worn.points[worn.shell.triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    lit = np.clip(normal @ (LAMP / np.linalg.norm(LAMP)), 0, 1) ** 2
-    darkness = LIGHTEST + (1 - LIGHTEST) * worn.hairdo.colour
-    shade = np.zeros(len(owner), dtype=np.float32)
-    shade[hair] = (darkness * (1 - 0.6 * lit))[owner[hair] - len(few.triangles)]
-    dark[low[1] : high[1], low[0] : high[0]] = shade.reshape(u.shape)
-    around = gaussian_filter(mask.astype(np.float32), 2.5)
-    smooth = gaussian_filter(dark, 2.5) / np.maximum(around, 1e-6)
-    return Area(mask, np.where(mask, smooth, 0).astype(np.float32))
+    owner = np.full((h, w), -1, dtype=np.int32)
+    seen = np.maximum(seen - len(few.triangles), -1).reshape(u.shape)
+    owner[low[1] : high[1], low[0] : high[0]] = seen
+    return Area(owner, cell, (camera.width, camera.height), worn)
 
 
 def fill(area: Area, worn: Worn, pen: float, rng: np.random.Generator) -> list[Stroke]:
     """The strokes that blacken or hatch hair, for the finishes that do."""
     finish = worn.hairdo.finish
-    if finish not in ("black", "hatch"):
+    if finish not in FILLED:
         return []
     h, w = area.mask.shape
     page = np.array([[0, 0], [w, 0], [w, h], [0, h]], float)
@@ -108,10 +122,19 @@ def fill(area: Area, worn: Worn, pen: float, rng: np.random.Generator) -> list[S
     return canvas.strokes()
 
 
-def _without_specks(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Cells (h, w) without parts of fewer than LEAST."""
-    parts, _ = label(cells)
-    return cells & (np.bincount(parts.ravel()) >= LEAST)[parts]
+def _size(loop: NDArray) -> float:
+    """How many cells a closed line (k, 2) goes around."""
+    x, y = loop.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+
+
+def _holds(loop: NDArray, point: NDArray) -> bool:
+    """Whether a point (2,) lies within a closed line (k, 2): a ray from it crosses it oddly."""
+    a, b = loop - point, np.roll(loop, -1, axis=0) - point
+    crossed = (a[:, 1] > 0) != (b[:, 1] > 0)
+    a, b = a[crossed], b[crossed]
+    right = a[:, 0] - a[:, 1] * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]) > 0
+    return bool(np.count_nonzero(right) % 2)
 
 
 def _loops(cells: NDArray[np.bool_]) -> list[NDArray[np.float64]]:

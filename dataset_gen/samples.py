@@ -187,7 +187,7 @@ def _by_lines(
     style = sample.style
     lines = strokes_of(rig, vertices, sample.camera, sample.detail, style.layers, sample.kinds)
     if not any(layer in HAIR for layer in style.layers):
-        face = face_outline(rig, vertices, sample.camera, sample.parameters)
+        face = face_outline(rig, vertices, sample.camera)
         told = {**told, "regions": {"face": [face[::OUTLINE_STEP]]}}
     return Drawn(lines, sample.camera, style, sample.kinds, told)
 
@@ -211,7 +211,7 @@ def _with_hair(
     strokes += draw_strokes(
         rig, vertices, camera, sample.detail, style.layers, sample.kinds, cover
     )
-    face = face_outline(rig, vertices, camera, sample.parameters)
+    face = face_outline(rig, vertices, camera)
     told = {
         "haired": share,
         "hair": hairdo.to_json(),

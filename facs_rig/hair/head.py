@@ -172,14 +172,13 @@ def _filled(table: NDArray) -> NDArray[np.float64]:
     """(a, r) a table with its gaps closed: around the head, and beyond the last row."""
     out = table.copy()
     position = np.arange(-AROUND, 2 * AROUND)
-    for row in out.T:
-        if np.isfinite(row).all():
-            continue
-        known = np.flatnonzero(np.isfinite(np.tile(row, 3)))
-        if len(known) < AROUND:  # less than a third is no outline
+    for row, finite in zip(out.T, np.isfinite(out).T, strict=True):
+        count = np.count_nonzero(finite)
+        if 3 * count < AROUND:  # less than a third is no outline
             row[:] = np.nan
-        else:
-            closed = np.interp(position, position[known], np.tile(row, 3)[known])
+        elif count < AROUND:
+            known = np.flatnonzero(np.concatenate([finite] * 3))
+            closed = np.interp(position, position[known], np.concatenate([row[finite]] * 3))
             row[:] = closed[AROUND : 2 * AROUND]
     whole = np.flatnonzero(np.isfinite(out).all(axis=0))
     nearest = whole[np.abs(np.arange(out.shape[1])[:, None] - whole).argmin(axis=1)]
