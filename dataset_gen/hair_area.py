@@ -23,7 +23,7 @@ CELL = 2  # pixels to a side of the cells that outlines go around
 LEAST = 8  # cells: smaller parts and holes of hair are left out
 THINNED = 2  # of the points of an outline, every so many are kept
 LIGHTEST = 0.25  # darkness of blond hair in graphite, where black hair's is 1
-SHINE, SOFT = 0.6, 2.5  # share of its darkness that light takes; pixels over which it changes
+SHINE, SOFT = 0.6, 2.5  # of its darkness that light takes, in graphite; pixels that it fades in
 LAMP = np.array([-0.45, 0.65, 0.6])  # where hair shines
 
 
@@ -102,24 +102,39 @@ def area_of(worn: Worn, rig: FaceRig, vertices: NDArray, camera: Camera) -> Area
     return Area(owner, cell, (camera.width, camera.height), worn)
 
 
-def fill(area: Area, worn: Worn, pen: float, rng: np.random.Generator) -> list[Stroke]:
+def fill(area: Area, camera: Camera, pen: float, rng: np.random.Generator) -> list[Stroke]:
     """The strokes that blacken or hatch hair, for the finishes that do."""
-    finish = worn.hairdo.finish
+    finish = area.worn.hairdo.finish
     if finish not in FILLED:
         return []
     h, w = area.mask.shape
     page = np.array([[0, 0], [w, 0], [w, h], [0, h]], float)
     canvas = Canvas(w, h, pen, 0.0, rng)
-    mask = area.mask
     if finish == "black":
-        if rng.random() < 0.6:  # it shines where light falls on it
-            lightest = np.quantile(area.dark[mask], rng.uniform(0.04, 0.16)) if mask.any() else 0
-            mask = mask & (area.dark > lightest)
-        canvas.blacken(page, float(rng.uniform(-1.4, 1.4)), area=mask, kind=MASS)
+        for band in _shine(area.worn, camera, rng):
+            canvas.cover(band)
+        canvas.blacken(page, float(rng.uniform(-1.4, 1.4)), area=area.mask, kind=MASS)
     else:
         sparse = float(rng.uniform(1.7, 3.2))
-        canvas.blacken(page, float(rng.uniform(0.9, 2.2)), sparse, STRAND, area=mask)
+        canvas.blacken(page, float(rng.uniform(0.9, 2.2)), sparse, STRAND, area=area.mask)
     return canvas.strokes()
+
+
+def _shine(worn: Worn, camera: Camera, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+    """Outlines (k, 2) of jagged bands across the strands that stay white in black hair."""
+    sheet, bands = worn.sheets[0], []
+    columns, rows = sheet.points.shape[:2]
+    for _ in range(int(rng.integers(0, 4))):
+        wide = int(rng.integers(4, 14))
+        column = rng.uniform(0, columns) + np.linspace(0, wide, 3 * wide) * columns / 48
+        middle = (rows - 1) * (rng.uniform(0.25, 0.55) + 0.04 * np.sin(column))
+        lens = np.sin(np.linspace(0, np.pi, len(column))) * (rows - 1) * rng.uniform(0.03, 0.1)
+        edges = [middle + side * lens * rng.uniform(0.1, 1, len(column)) for side in (-1, 1)]
+        rim = np.concatenate([column, column[::-1]]), np.concatenate([edges[0], edges[1][::-1]])
+        points, normals = (sheet.at(table, *rim) for table in (sheet.points, sheet.normals))
+        if (np.einsum("ij,ij->i", normals, camera.view_vectors(points)) > 0).all():
+            bands.append(camera.project(points))
+    return bands
 
 
 def _size(loop: NDArray) -> float:

@@ -162,6 +162,7 @@ def hair_lines(worn: Worn, camera: Camera, pen: float, rng: np.random.Generator)
     edges, inside = _outline(worn, camera, rng) + _edges(worn, rng), []
     for k, sheet in enumerate(worn.sheets):
         if k and worn.cut.balls[k - 1].plait:
+            inside += [_brushed(sheet, scale, pen, rng)] if finish == "brush" else []
             continue
         if finish == "curls":
             inside += _curls(sheet, rng)

@@ -41,7 +41,7 @@ class Recipe:
 
     strokes : whether each sample keeps the lines that were drawn, as coordinates
     meshes : whether each sample holds the posed mesh, KEY.ply
-    hair : share of faces that wear a head of hair; see `haired`
+    hair : share of faces that wear a head of hair, as `haired` has it
     """
 
     seed: int = 0
@@ -51,10 +51,11 @@ class Recipe:
     meshes: bool = False
     hair: float = HAIRED
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hair", haired(self.hair, self.scheme, self.engine))
+
     def check(self) -> None:
         """InputError for a negative seed, an unknown scheme or engine, or one that cannot draw."""
-        if not 0 <= self.hair <= 1:
-            raise InputError(f"--hair must be from 0 to 1, got {self.hair}")
         if self.seed < 0:
             raise InputError(f"--seed must be at least 0, got {self.seed}")
         if self.engine not in ENGINES:
@@ -87,8 +88,10 @@ def haired(share: float, scheme: str, engine: str) -> float:
     """The share of faces that wear a head of hair where `share` was asked for.
 
     Conventions have hair of their own, and the older schemes draw as they always did, so that what
-    is measured on them compares.
+    is measured on them compares. InputError for what is no share.
     """
+    if not 0 <= share <= 1:
+        raise InputError(f"--hair must be from 0 to 1, got {share:g}")
     return share if scheme in OF_ALL_KINDS and engine == "contours" else 0.0
 
 
@@ -207,7 +210,7 @@ def _with_hair(
     lines = hair_lines(worn, camera, style.width, rng)
     cover = Cover(worn.points, worn.shell.triangles, lines)
     area = area_of(worn, rig, vertices, camera)
-    strokes = fill(area, worn, style.width, rng)
+    strokes = fill(area, camera, style.width, rng)
     strokes += draw_strokes(
         rig, vertices, camera, sample.detail, style.layers, sample.kinds, cover
     )
