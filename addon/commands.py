@@ -279,8 +279,8 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SHARE",
         type=float,
         default=0.75,
-        help="share of the faces that wear a head of hair, 0 to 1 (default 0.75), drawn by "
-        "contours in the schemes people and felt; 0: some have one of four simple cuts, as "
+        help="share of the faces that wear a head of hair, 0 to 1 (default 0.75), in the "
+        "schemes people and felt and not by conventions, which have their own; 0: some have one of four simple cuts, as "
         "in older data sets",
     )
     parser.add_argument(

@@ -92,7 +92,7 @@ def haired(share: float, scheme: str, engine: str) -> float:
     """
     if not 0 <= share <= 1:
         raise InputError(f"--hair must be from 0 to 1, got {share:g}")
-    return share if scheme in OF_ALL_KINDS and engine == "contours" else 0.0
+    return share if scheme in OF_ALL_KINDS and engine != "conventions" else 0.0
 
 
 def make_sample(
@@ -110,7 +110,7 @@ def make_sample(
     Landmarks are pixels of the picture. `camera` is that of the drawing; a photograph of it may
     be taken at a slant, and `page` (3 x 3) takes the camera's pixels to the picture's.
     identity : who is drawn, else by lot;  hair : share of faces that wear a head of hair (of
-    `people` and `felt`, drawn by contours); with 0 some have one of the four old heads of hair
+    `people` and `felt`, not by conventions); with 0 some have one of the four old heads of hair
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
@@ -175,11 +175,13 @@ def _engine(name: str, hair: float = 0.0) -> tuple[Draw, tuple[str, ...]]:
     if name == "freestyle":
         from . import freestyle
 
-        told = {"blender": freestyle.version()}
-        return partial(_by_lines, freestyle.freestyle_strokes, told), freestyle.DRAWN
+        strokes_of: Callable = freestyle.freestyle_strokes
+        told, kinds = {"blender": freestyle.version()}, freestyle.DRAWN
+    else:
+        strokes_of, told, kinds = draw_strokes, {}, KINDS
     if hair:
-        return partial(_with_hair, hair), KINDS
-    return partial(_by_lines, draw_strokes, {}), KINDS
+        return partial(_with_hair, hair, strokes_of, told), kinds
+    return partial(_by_lines, strokes_of, told), kinds
 
 
 def _by_lines(
@@ -196,14 +198,15 @@ def _by_lines(
 
 
 def _with_hair(
-    share: float, rig: FaceRig, vertices: NDArray, sample: Sample, rng: np.random.Generator
-) -> Drawn:
+    share: float, strokes_of: Callable, told: dict, rig: FaceRig, vertices: NDArray,
+    sample: Sample, rng: np.random.Generator,
+) -> Drawn:  # fmt: skip
     """By the lines of the face's shape and of a head of hair, which so many of them wear."""
     layers = tuple(layer for layer in sample.style.layers if layer not in HAIR)
     style = replace(sample.style, layers=layers)
-    told: dict = {"haired": share, "hair": None}
+    told = {**told, "haired": share, "hair": None}
     if rng.random() >= share:
-        return _by_lines(draw_strokes, told, rig, vertices, replace(sample, style=style), rng)
+        return _by_lines(strokes_of, told, rig, vertices, replace(sample, style=style), rng)
     hairdo = sample_hairdo(rng, sample.parameters.identity, style.look)
     worn = wear(rig, vertices, sample.parameters, hairdo)
     camera = _roomy(sample.camera, worn, rng)
@@ -211,12 +214,11 @@ def _with_hair(
     cover = Cover(worn.points, worn.shell.triangles, lines)
     area = area_of(worn, rig, vertices, camera)
     strokes = fill(area, camera, style.width, rng)
-    strokes += draw_strokes(
+    strokes += strokes_of(
         rig, vertices, camera, sample.detail, style.layers, sample.kinds, cover
     )
     face = face_outline(rig, vertices, camera)
-    told = {
-        "haired": share,
+    told |= {
         "hair": hairdo.to_json(),
         "regions": {"face": [face[::OUTLINE_STEP]], "hair": area.outlines()},
     }
