@@ -280,8 +280,8 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=0.75,
         help="share of the faces that wear a head of hair, 0 to 1 (default 0.75), in the "
-        "schemes people and felt and not by conventions, which have their own; 0: some have one of four simple cuts, as "
-        "in older data sets",
+        "schemes people and felt, but by conventions, which have their own; 0: three in ten have "
+        "one of four simple cuts, as in older data sets",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, help="how many processes of this computer (default 1)"

@@ -58,9 +58,10 @@ def generate(
     its checksum; with `strokes`, the samples keep the coordinates of what was drawn; with `meshes`,
     the posed mesh. `dask` is the address of a scheduler, tcp://HOST:PORT, whose workers make the
     shards instead of `jobs` processes here; `hair` the share of faces that wear a head of hair
-    (of the schemes people and felt, not by conventions). Raises InputError for impossible arguments, for a
-    folder that holds anything (when resuming: anything else), for damaged shards, for a disk that
-    cannot be written, and for a cluster that is not there, differs from this computer, or is lost.
+    (of the schemes people and felt, not by conventions). Raises InputError for impossible
+    arguments, for a folder that holds anything (when resuming: anything else), for damaged shards,
+    for a disk that cannot be written, and for a cluster that is not there, differs from this
+    computer, or is lost.
     """
     if count < 1:
         raise InputError(f"--count must be at least 1, got {count}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from facs_rig import Camera, FaceRig
-from facs_rig.levels import at_level
+from facs_rig.levels import at_level, kept_by
 
 from .conventions.canvas import Canvas
 from .hair_lines import MASS, STRAND, Worn
@@ -47,7 +47,7 @@ class Area:
 
     @cached_property
     def dark(self) -> NDArray[np.float32]:
-        """(h, w) 0 to 1, how dark hair is there: by its colour, and where it shines."""
+        """(h, w) 0 to 1, how dark hair is there, or near there: by its colour and its shine."""
         a, b, c = (self.worn.points[self.worn.shell.triangles[:, k]] for k in range(3))
         normal = np.cross(b - a, c - a)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
@@ -57,7 +57,7 @@ class Area:
         shade = np.where(hair, np.append(darkness * (1 - SHINE * lit), 0)[self.owner], 0)
         around = gaussian_filter(hair.astype(float), SOFT / self.cell)
         shade = gaussian_filter(shade, SOFT / self.cell) / np.maximum(around, 1e-6)
-        return (self._on_page(shade) * self.mask).astype(np.float32)
+        return self._on_page(shade).astype(np.float32)
 
     def _on_page(self, values: NDArray) -> NDArray:
         w, h = self.size
@@ -71,7 +71,9 @@ class Area:
         step = CELL // self.cell
         loops = [loop for loop in _loops(self.owner[::step, ::step] >= 0) if _size(loop) >= LEAST]
         loops.sort(key=_size, reverse=True)
-        around = [[k for k in range(n) if _holds(loops[k], loop[0])] for n, loop in enumerate(loops)]
+        around = [
+            [k for k in range(n) if _holds(loops[k], loop[0])] for n, loop in enumerate(loops)
+        ]
         out = {n: loops[n] for n, outer in enumerate(around) if not len(outer) % 2}
         for n, outer in enumerate(around):
             if len(outer) % 2:
@@ -82,7 +84,7 @@ class Area:
 def area_of(worn: Worn, rig: FaceRig, vertices: NDArray, camera: Camera) -> Area:
     """What the camera sees of hair on a posed face (n, 3), by the face's lightest mesh."""
     few = at_level(rig, "game")
-    points = np.concatenate([vertices[few.of_full], worn.points])
+    points = np.concatenate([kept_by(few, vertices), worn.points])
     triangles = np.concatenate([few.triangles, worn.shell.triangles + few.n_vertices])
     cell = 1 if worn.hairdo.finish in FILLED else CELL
     pixels = np.ascontiguousarray(camera.project(points) / cell, dtype=float)

@@ -16,7 +16,7 @@ from facs_rig.hair.follow import scalp
 from facs_rig.hair.head import WIDEST, measured
 from facs_rig.hair.shell import WAVELENGTH, Shell, edge_heights, shell_on, wave_phase
 from facs_rig.hair.tails import PITCH, SLANT
-from facs_rig.levels import at_level
+from facs_rig.levels import at_level, kept_by
 from facs_rig.mesh import corner_matrix
 
 from .hairdo import Hairdo
@@ -79,7 +79,7 @@ def wear(
     rest = few.neutral(parameters.identity)
     shell = shell_on(measured(few, rest), cut, COLUMNS, ROWS)
     at = _scalp(rig)
-    here, there = rest[at].astype(float), vertices[few.of_full[at]].astype(float)
+    here, there = rest[at].astype(float), kept_by(few, vertices)[at].astype(float)
     # The rotation that brings the skull at rest to where it is (Kabsch 1976).
     u, _, vt = np.linalg.svd((there - there.mean(axis=0)).T @ (here - here.mean(axis=0)))
     turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt

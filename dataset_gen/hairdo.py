@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -125,13 +126,15 @@ def sample_hairdo(rng: np.random.Generator, who: Mapping[str, float], look: str)
     # Grey hair is drawn as light as blond.
     colour = who.get("brow_colour", cut.colour) * (1 - 0.8 * who.get("brow_grey", 0.0))
     colour = np.clip(colour + rng.normal(0, 0.1), 0, 1)
-    values = {
+    values: dict[str, float | None] = {
         "length": np.clip(rng.lognormal(0, 0.2), 0.6, 1.6),
         "rise": rng.normal(0, 0.04), "front": rng.normal(0, 0.03), "aside": rng.normal(0, 0.035),
         "volume": rng.uniform(0.65, 1.6), "uneven": np.clip(rng.normal(0, 0.12), -0.4, 0.4),
         "part": part, "wave": wave, "curl": curl, "colour": colour,
     }  # fmt: skip
-    told = {k: None if v is None else round(float(v), 4) for k, v in values.items()}
+    told: dict[str, Any] = {
+        k: None if v is None else round(float(v), 4) for k, v in values.items()
+    }  # fmt: skip
     return Hairdo(name, mirror, finish=_finish(rng, curl, colour, look), **told)
 
 

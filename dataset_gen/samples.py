@@ -176,7 +176,8 @@ def _engine(name: str, hair: float = 0.0) -> tuple[Draw, tuple[str, ...]]:
         from . import freestyle
 
         strokes_of: Callable = freestyle.freestyle_strokes
-        told, kinds = {"blender": freestyle.version()}, freestyle.DRAWN
+        kinds: tuple[str, ...] = freestyle.DRAWN
+        told = {"blender": freestyle.version()}
     else:
         strokes_of, told, kinds = draw_strokes, {}, KINDS
     if hair:
@@ -214,9 +215,7 @@ def _with_hair(
     cover = Cover(worn.points, worn.shell.triangles, lines)
     area = area_of(worn, rig, vertices, camera)
     strokes = fill(area, camera, style.width, rng)
-    strokes += strokes_of(
-        rig, vertices, camera, sample.detail, style.layers, sample.kinds, cover
-    )
+    strokes += strokes_of(rig, vertices, camera, sample.detail, style.layers, sample.kinds, cover)
     face = face_outline(rig, vertices, camera)
     told |= {
         "hair": hairdo.to_json(),

@@ -18,6 +18,7 @@ from .shading import cell_size, known, light_on, skin_depth
 
 WITHIN, EDGE = 0.58, 6.0  # of cells of skin, blurred: where shade begins, how soon it is full
 DARKEST = 0.8  # of the deepest shade, where graphite is 1
+HAIR_EDGE = 1.2  # pixels over which the shade of hair begins
 LIT = 0.7  # share of the face that the light reaches so far that it stays white
 HOLLOW, DEEP = 2.2, 0.5  # cells: how wide a hollow is looked for, how deep a dark one is
 Floats = NDArray[np.float32]
@@ -52,7 +53,8 @@ def graphite(
     )
     tone *= np.clip(EDGE * (inside - WITHIN), 0, 1) * np.float32(DARKEST * style.graphite)
     if hair is not None:
-        tone = np.where(hair.mask, np.float32(DARKEST * style.graphite) * hair.dark, tone)
+        over = gaussian_filter(hair.mask.astype(np.float32), HAIR_EDGE)
+        tone += over * (np.float32(DARKEST * style.graphite) * hair.dark - tone)
     return grained(tone, replace(style, grain=1 - style.smudge))
 
 
