@@ -20,6 +20,7 @@ from facs_rig.levels import at_level, kept_by
 from facs_rig.mesh import corner_matrix
 
 from .hairdo import Hairdo
+from .linework.curvature import ready
 from .linework.kernels import kernels
 from .linework.strokes import LineSet
 from .linework.topology import Topology
@@ -27,7 +28,8 @@ from .linework.zero_sets import chains, zero_set
 
 COLUMNS, ROWS = 48, 14  # of the surface: half of what an artist's mesh has
 EDGE, STRAND, MASS = "hair_edge", "hair", "mass"
-LIFT = 10.0  # times the lift of other lines: a smoothed outline lies in or out of coarse hair
+# Times the lift of other lines: a smoothed outline lies in or out of coarse hair, strands on it.
+LIFT, LOW = 10.0, 3.0
 FINER = 4  # points of an outline from one edge of the mesh to the next
 STEPS = 18  # points of a strand
 # Of each finish, pixels between strands, how many lie side by side in a lock, and their widths.
@@ -77,7 +79,7 @@ def wear(
     """A head of hair on a posed face (n, 3), `rig.pose(parameters)`: it follows the skull."""
     few, cut = at_level(rig, "game"), hairdo.cut()
     rest = few.neutral(parameters.identity)
-    shell = shell_on(measured(few, rest), cut, COLUMNS, ROWS)
+    shell = shell_on(measured(few, rest, _depths), cut, COLUMNS, ROWS)
     at = _scalp(rig)
     here, there = rest[at].astype(float), kept_by(few, vertices)[at].astype(float)
     # The rotation that brings the skull at rest to where it is (Kabsch 1976).
@@ -85,6 +87,16 @@ def wear(
     turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
     points = (shell.points - here.mean(axis=0)) @ turn.T + there.mean(axis=0)
     return Worn(hairdo, cut, shell, points)
+
+
+def _depths(points: NDArray, triangles: NDArray, camera: Camera) -> NDArray[np.float64]:
+    """(h, w) depth of the nearest surface, as `facs_rig.rasterise` finds it, compiled."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    places = np.stack([u.ravel(), v.ravel()], axis=1) + 0.5
+    depth, _ = kernels().topmost(
+        ready(camera.project(points)), ready(points[:, 2]), ready(triangles, np.int32), places
+    )  # fmt: skip
+    return depth.reshape(camera.height, camera.width)
 
 
 @derived
@@ -117,34 +129,33 @@ class Sheet:
         cells = metres[:, :-1] + metres[:, 1:]
         return cls(points, normal, metres, cells[..., 0] * cells[..., 1] / 4)
 
+    @cached_property
+    def both(self) -> NDArray[np.float64]:
+        """(c, r, 6) points and normals."""
+        return np.concatenate([self.points, self.normals], axis=2)
+
     def at(self, table: NDArray, column: NDArray, row: NDArray) -> NDArray[np.float64]:
         """(..., k) a table (c, r, k) at columns, which go around, and rows, which go on beyond."""
+        columns, rows = table.shape[:2]
+        flat = table.reshape(columns * rows, -1)
         left = np.floor(column)
-        low = np.clip(np.floor(row), 0, table.shape[1] - 2).astype(np.intp)
+        low = np.clip(np.floor(row), 0, rows - 2).astype(np.intp)
         across, down = (column - left)[..., None], (row - low)[..., None]
-        i = left.astype(np.intp) % len(table)
-        j = (i + 1) % len(table)
-        near = table[i, low] + across * (table[j, low] - table[i, low])
-        far = table[i, low + 1] + across * (table[j, low + 1] - table[i, low + 1])
+        i = left.astype(np.intp) % columns
+        here, aside = i * rows + low, (i + 1) % columns * rows + low
+        near, far = flat.take(here, axis=0), flat.take(here + 1, axis=0)
+        near += across * (flat.take(aside, axis=0) - near)
+        far += across * (flat.take(aside + 1, axis=0) - far)
         return near + down * (far - near)
 
     def lines(
-        self, kind: str, column: NDArray, row: NDArray, strength: NDArray, width: NDArray,
-        off: NDArray | float = 0.0,
-    ) -> LineSet:  # fmt: skip
-        """Lines (n, k) through columns and rows. strength : (n, k);  width : (n,)
-
-        off : (n, k, 3) metres that their points are off the surface
-        """
-        points, normals = (
-            self.at(table, column, row).reshape(-1, 3) for table in (self.points, self.normals)
-        )
-        points = points + np.reshape(off, (-1, 3)) if np.ndim(off) else points
+        self, kind: str, column: NDArray, row: NDArray, strength: NDArray, width: NDArray
+    ) -> LineSet:
+        """Lines (n, k) through columns and rows. strength : (n, k);  width : (n,)"""
+        points, normals = np.split(self.at(self.both, column, row).reshape(-1, 6), 2, axis=1)
         starts = np.arange(len(column) + 1) * column.shape[1]
         shown = np.ones(len(points), dtype=bool)
-        return LineSet(
-            kind, points, starts, strength.ravel(), width, (LIFT / 3) * normals, shown
-        )  # fmt: skip
+        return LineSet(kind, points, starts, strength.ravel(), width, LOW * normals, shown)
 
     def seeds(self, count: int, rng: np.random.Generator) -> tuple[NDArray, NDArray]:
         """Columns and rows (count,) of places all over the surface."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ WIDEST = 0.31  # height at which a skull is widest, as a share of eyes to crown
 FALLS_CLEAR = 3  # steps of height by which what falls keeps off what is above and below
 EAR_MOVES = 3e-4  # metres that a vertex of the ear moves when ears stand out
 KEPT = 16  # persons whose heads are remembered
+# Depth (h, w) of the nearest surface, -inf where none is, of vertices (n, 3), triangles, camera.
+Depths = Callable[[NDArray, NDArray, Camera], NDArray]
 
 
 @dataclass(frozen=True)
@@ -104,12 +106,13 @@ def _outside(rig: FaceRig) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     return triangles[skin & ~ears], triangles[skin & ears]
 
 
-def measured(rig: FaceRig, vertices: NDArray) -> Head:
+def measured(rig: FaceRig, vertices: NDArray, depths: Depths | None = None) -> Head:
     """The head of a face without expression, upright: vertices (n, 3) metres.
 
     The skin is rasterised as it looks unrolled, once around its middle and once around its axis,
-    with its distance for a depth.
+    with its distance for a depth. depths : what rasterises, if not facs_rig.raster
     """
+    depths = depths or _depths
     vertices = is_shape(np.asarray(vertices, dtype=np.float64), (rig.n_vertices, 3), "vertices")
     place = landmark_points(rig, vertices)
     skin = vertices[rig.parts["skin"]]
@@ -129,8 +132,8 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     heights = (metres + 2 * below) / step
     far = np.linalg.norm(away, axis=1)
 
-    axis, ears = _with_ears(azimuth, heights, level, bare, ear, HIGH)
-    skull, covered = _with_ears(azimuth, rays, far, bare, ear, STEEP)
+    axis, ears = _with_ears(azimuth, heights, level, bare, ear, HIGH, depths)
+    skull, covered = _with_ears(azimuth, rays, far, bare, ear, STEEP, depths)
     hull = maximum_filter1d(_softly_over(ears), 2 * FALLS_CLEAR + 1, axis=1, mode="nearest")
     hull = np.maximum(gaussian_filter1d(hull, FALLS_CLEAR / 2, axis=1, mode="nearest"), ears)
     # Below the chin hair rests on the neck and goes on down: shoulders are not there to hold it.
@@ -139,20 +142,27 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     return Head(eyes, middle, above, below, skull, _softly_over(covered), axis, hull)
 
 
+def _depths(points: NDArray, triangles: NDArray, camera: Camera) -> NDArray[np.float32]:
+    return rasterise(points, triangles, camera).depth
+
+
 def _with_ears(
-    azimuth: NDArray, row: NDArray, distance: NDArray, bare: NDArray, ear: NDArray, rows: int
-) -> tuple[NDArray, NDArray]:
+    azimuth: NDArray, row: NDArray, distance: NDArray, bare: NDArray, ear: NDArray, rows: int,
+    depths: Depths,
+) -> tuple[NDArray, NDArray]:  # fmt: skip
     """(AROUND, rows) without gaps: the farthest of the skin without ears, and with them."""
-    skin, ears = (_unrolled(azimuth, row, distance, of, rows) for of in (bare, ear))
+    skin, ears = (_unrolled(azimuth, row, distance, of, rows, depths) for of in (bare, ear))
     closed = _filled(skin)
     return closed, np.fmax(np.fmax(skin, ears), closed)
 
 
 def _unrolled(
-    azimuth: NDArray, row: NDArray, distance: NDArray, triangles: NDArray, rows: int
-) -> NDArray[np.float64]:
+    azimuth: NDArray, row: NDArray, distance: NDArray, triangles: NDArray, rows: int,
+    depths: Depths,
+) -> NDArray[np.float64]:  # fmt: skip
     """(AROUND, rows) the farthest of a surface by azimuth, from -pi, and row; nan where none is."""
-    seam = np.ptp(azimuth[triangles], axis=1) > np.pi
+    a, b, c = (azimuth[triangles[:, k]] for k in range(3))
+    seam = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c) > np.pi
     across = triangles[seam]
     n = len(azimuth)
     # What lies across the seam behind is laid out on both sides of it.
@@ -164,7 +174,7 @@ def _unrolled(
     points = np.stack([at * AROUND / (2 * np.pi), row[thrice], distance[thrice]], axis=1)
     laid = np.concatenate([triangles[~seam], back + n, back + n + len(used)])
     camera = Camera(AROUND, rows, (1.0, 1.0), (AROUND / 2 + 0.5, rows - 0.5))
-    depth = rasterise(points, laid, camera).depth[::-1].T.astype(np.float64)
+    depth = depths(points, laid, camera)[::-1].T.astype(np.float64)
     return np.where(np.isfinite(depth), depth, np.nan)
 
 
