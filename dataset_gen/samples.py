@@ -17,7 +17,7 @@ from .conventions import draw_by_convention, face_outline, sample_artist, zoomed
 from .hair_area import Area, area_of, fill
 from .hair_lines import Worn, hair_lines, wear
 from .hairdo import HAIR as HAIRED
-from .hairdo import sample_hairdo
+from .hairdo import Hairdo, sample_hairdo
 from .linework.hidden import Cover
 from .linework.lines import KINDS, draw_strokes
 from .linework.marks import stroke_lists
@@ -25,7 +25,15 @@ from .linework.paper import through
 from .linework.strokes import Stroke
 from .linework.style import Style
 from .page import Page, draw_page
-from .sampling import DEFAULT, OF_ALL_KINDS, SCHEMES, Sample, sample_face, sample_rng
+from .sampling import (
+    DEFAULT,
+    OF_ALL_KINDS,
+    SCHEMES,
+    Sample,
+    sample_face,
+    sample_rng,
+    second_rng,
+)
 from .styles import HAIR
 
 SIZE = 256
@@ -117,7 +125,7 @@ def make_sample(
     draw, drawable = _engine(engine, haired(hair, scheme, engine))
     sample = sample_face(rig, rng, size, scheme, drawable, identity)
     vertices = rig.pose(sample.parameters)
-    drawn = draw(rig, vertices, sample, np.random.default_rng([seed, index, 1]))
+    drawn = draw(rig, vertices, sample, second_rng(seed, index))
     camera, style = drawn.camera, drawn.style
     page = draw_page(drawn.lines, rig, vertices, camera, style, rng, drawn.hair)
     parameters = sample.parameters.to_json()
@@ -206,9 +214,9 @@ def _with_hair(
     layers = tuple(layer for layer in sample.style.layers if layer not in HAIR)
     style = replace(sample.style, layers=layers)
     told = {**told, "haired": share, "hair": None}
-    if rng.random() >= share:
+    hairdo = hairdo_of(sample, share, rng)
+    if hairdo is None:
         return _by_lines(strokes_of, told, rig, vertices, replace(sample, style=style), rng)
-    hairdo = sample_hairdo(rng, sample.parameters.identity, style.look)
     worn = wear(rig, vertices, sample.parameters, hairdo)
     camera = _roomy(sample.camera, worn, rng)
     lines = hair_lines(worn, camera, style.width, rng)
@@ -222,6 +230,13 @@ def _with_hair(
         "regions": {"face": [face[::OUTLINE_STEP]], "hair": area.outlines()},
     }
     return Drawn(strokes, camera, style, sample.kinds, told, area)
+
+
+def hairdo_of(sample: Sample, share: float, rng: np.random.Generator) -> Hairdo | None:
+    """What a sample wears, which so many of them do, by lot. rng : the sample's second one"""
+    if rng.random() >= share:
+        return None
+    return sample_hairdo(rng, sample.parameters.identity, sample.style.look)
 
 
 def _roomy(camera: Camera, worn: Worn, rng: np.random.Generator) -> Camera:
