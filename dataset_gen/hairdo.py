@@ -16,7 +16,7 @@ from facs_rig.macros import age_of
 HAIR = 0.75  # share of faces that wear a head of hair
 # How often a woman and a man wear a preset.
 WORN: dict[str, tuple[float, float]] = {
-    "bald_rim": (0.0, 1.0), "crop": (0.5, 3.0), "side_parting": (0.4, 2.6), "bob": (2.4, 0.25),
+    "bald_rim": (0.0, 2.5), "crop": (0.5, 3.0), "side_parting": (0.4, 2.6), "bob": (2.4, 0.25),
     "long_straight": (2.4, 0.35), "long_wavy": (2.4, 0.35), "curls": (1.0, 0.7),
     "afro": (0.3, 0.3), "bun": (1.1, 0.15), "ponytail": (1.1, 0.2), "braids": (0.6, 0.03),
     "fringe": (1.5, 0.5),
