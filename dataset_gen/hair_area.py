@@ -13,7 +13,8 @@ from facs_rig import Camera, FaceRig
 from facs_rig.levels import at_level, kept_by
 
 from .conventions.canvas import Canvas
-from .hair_lines import MASS, STRAND, Worn
+from .hair_strands import MASS, STRAND
+from .hair_worn import Worn
 from .linework.kernels import kernels
 from .linework.strokes import Stroke
 from .linework.zero_sets import chains

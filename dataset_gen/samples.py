@@ -15,7 +15,8 @@ from facs_rig.common.errors import InputError
 
 from .conventions import draw_by_convention, face_outline, sample_artist, zoomed
 from .hair_area import Area, area_of, fill
-from .hair_lines import Worn, hair_lines, wear
+from .hair_lines import hair_lines
+from .hair_worn import Worn, wear
 from .hairdo import HAIR as HAIRED
 from .hairdo import Hairdo, sample_hairdo
 from .linework.hidden import Cover

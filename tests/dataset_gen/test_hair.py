@@ -11,7 +11,9 @@ from scipy.ndimage import binary_dilation, binary_erosion
 
 from dataset_gen.generate import generate, make_sample, read_shards
 from dataset_gen.hair_area import Area, area_of, fill
-from dataset_gen.hair_lines import EDGE, MASS, STRAND, hair_lines, wear
+from dataset_gen.hair_lines import EDGE, hair_lines
+from dataset_gen.hair_strands import MASS, STRAND
+from dataset_gen.hair_worn import wear
 from dataset_gen.hairdo import FINISHES, WORN, Hairdo, sample_hairdo
 from dataset_gen.linework.hidden import Cover
 from dataset_gen.linework.lines import draw_strokes
