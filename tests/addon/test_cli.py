@@ -304,6 +304,7 @@ def test_generate_hands_its_options_on(folder, monkeypatch):
     assert taken == {
         "seed": 0, "engine": "contours", "scheme": "people", "jobs": 1,
         "resume": True, "strokes": True, "meshes": True, "dask": "tcp://host:8786",
+        "hair": 0.75,
     }  # fmt: skip
 
 
