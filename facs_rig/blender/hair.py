@@ -36,13 +36,14 @@ from facs_rig.hair.style import AS_DRAWN, LEAST, MOST, Style
 from facs_rig.rig import FaceRig
 
 __all__ = [
-    "add_hair", "colour_of", "comb", "curves_of", "cut_of", "fitting", "hair_material", "hair_mesh",
-    "hair_of", "has_cut", "is_curves", "is_hair", "kind_of", "parts_of", "remove_hair",
+    "add_hair", "colour_of", "comb", "curves_of", "cut_of", "fitting", "hair_material", "hair_of",
+    "hang", "has_cut", "is_curves", "is_hair", "kind_of", "locks_of", "parts_of", "remove_hair",
     "set_colour", "style_of", "wear",
 ]  # fmt: skip
 
 CUT, KIND = "facs_hair_cut", "facs_hair_kind"  # properties of the hair object and of its face
 LENGTH, VOLUME = "facs_hair_length", "facs_hair_volume"  # of the face: how the cut is combed
+DRAWN = "facs_hair_drawn"  # of the face: the cut that was drawn, while it wears another
 MADE_IN = "facs_hair_colour"  # property of the hair object: its colour as it was made
 SHADE = "shade"  # attribute of the vertices: what the colour is multiplied by
 COLOUR_NODE = "Hair"  # label of the node with the colour
@@ -158,7 +159,7 @@ def wear(
         hair.parent = armature
     else:
         _exchange(hair, mesh, made.colour)
-    _bind(hair, armature)
+    hang(hair, armature)
     hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
     hair[KIND], hair[CUT], face[CUT] = made.kind, kept, kept
     face[LENGTH], face[VOLUME] = made.style.length, made.style.volume
@@ -173,6 +174,19 @@ def wear(
         on = {} if has_identity_keys(face) else identity
         wear_curves(face, made.strands, material, on, homes)
     return hair
+
+
+def locks_of(face: bpy.types.Object, rig: FaceRig) -> bpy.types.Mesh:
+    """A mesh of locks of the cut that a face wears, for what cannot hold strands: the hair object
+    can have it (`hang` it then). Whoever asks removes it. rig : the full one"""
+    hair, cut, who = hair_of(face), cut_of(face), identity_of(face)
+    assert hair is not None
+    assert cut is not None
+    made = fitting(face, rig, hair_mesh(rig, who, cut, "locks", style=style_of(face)))
+    mesh = _mesh(f"{hair.data.name} Locks", made, who)
+    for material in hair.data.materials:
+        mesh.materials.append(material)
+    return mesh
 
 
 def remove_hair(face: bpy.types.Object) -> None:
@@ -243,8 +257,8 @@ def _exchange(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> No
         mesh.name = name
 
 
-def _bind(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
-    """All of it follows the bone of the head, as the skull does."""
+def hang(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
+    """Let all of a hair's mesh follow the bone of the head, as the skull does."""
     group = hair.vertex_groups.get(HEAD) or hair.vertex_groups.new(name=HEAD)
     group.add(range(len(hair.data.vertices)), 1.0, "REPLACE")
     if armature_of(hair) is None:
