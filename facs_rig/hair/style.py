@@ -13,8 +13,8 @@ from .head import WIDEST
 from .presets import HAIRLINE
 
 LEAST, MOST = 0.3, 2.0  # of length and volume
-# Azimuths, in degrees, between which a face is open: in front of them hair that ends at the
-# hairline is combed away from there, and only a fringe grows; behind them all of it does.
+# Azimuths, in degrees, at which a face begins and ceases to be open: in front of them hair that ends
+# at the hairline is combed away from there, and only a fringe grows; behind them all of it does.
 OPEN = (34.0, 62.0)
 BALD = 0.12  # height above the hairline from which on there is no hair to grow
 THIN = 0.25  # share of its thickest place that hair has at least, for what volume adds
@@ -45,16 +45,15 @@ def styled(cut: Cut, style: Style) -> Cut:
 
 
 def longer(cut: Cut, factor: float) -> Cut:
-    """The cut with hair `factor` times as long, measured from the crown; a fringe from the
-    hairline. Shorter hair ends at the hairline at the latest; what is bald stays bald, and 1
-    changes nothing."""
+    """The cut with hair `factor` times as long, measured from the crown; of a fringe, and where it
+    is gathered into tails, what hangs below the hairline. Shorter hair ends at the hairline at the
+    latest; what is bald stays bald, and 1 changes nothing."""
     if factor == 1:
         return cut
     line = _hairline()
-    grows = np.clip((OPEN[1] - _from_the_front()) / (OPEN[1] - OPEN[0]), 0, 1)
-    fringe = np.maximum(line - cut.edge, 0)
-    whole = 1 - cut.edge
-    length = grows * fringe + (1 - grows) * whole
+    hangs = np.maximum(line - cut.edge, 0)
+    side = np.clip((_from_the_front() - OPEN[0]) / (OPEN[1] - OPEN[0]), 0, 1)
+    length = hangs if cut.balls else (1 - side) * hangs + side * (1 - cut.edge)
     length = length * np.clip(1 - (cut.edge - line) / BALD, 0, 1)
     edge = cut.edge - (factor - 1) * length
     if factor < 1:

@@ -674,6 +674,9 @@ OPTIONS = {
         "jedem Frame, statt so, wie es jetzt ist"
     ),
     "Saved {name}; left out: {lost}": "{name} gespeichert; nicht dabei: {lost}",
+    "Saved {name}; its hair curves are locks there, for only a .blend can hold curves": (
+        "{name} gespeichert; seine Haarkurven sind dort Strähnen, denn Kurven hält nur eine .blend"
+    ),
     "Saved {name}; with '{mover}', whose sliders move this face": (
         "{name} gespeichert; dabei ist '{mover}', dessen Regler dieses Gesicht bewegen"
     ),
