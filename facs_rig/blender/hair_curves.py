@@ -94,6 +94,8 @@ def remove_curves(face: bpy.types.Object) -> None:
 def _curves(name: str, strands: Strands, identity) -> bpy.types.Curves:
     count, each = strands.points.shape[:2]
     data = bpy.data.hair_curves.new(name)
+    if not count:  # which Blender's functions do not stand
+        return data
     try:
         data.add_curves([each] * count)
         points = strands.points.reshape(-1, 3)

@@ -171,6 +171,8 @@ def read_points(data: bpy.types.ID) -> NDArray[np.float32]:
     """(n, 3) where the vertices of a mesh, or the points of curves, are."""
     if isinstance(data, bpy.types.Mesh):
         layer, field = data.vertices, "co"
+    elif not len(data.points):
+        return np.empty((0, 3), dtype=np.float32)
     else:
         layer, field = data.position_data, "vector"
     out = np.empty((len(layer), 3), dtype=np.float32)

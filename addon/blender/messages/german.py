@@ -539,10 +539,8 @@ TOOLTIPS = {
         "Das Haar neu machen: Haarkurven, die auf dem Gesicht wachsen, zum Frisieren, über einer "
         "dünnen Fläche"
     ),
-    "Hair Presets": "Haarvorgaben",
     "Give this face other hair; its length, volume and the color that you gave it stay": (
-        "Diesem Gesicht anderes Haar geben; Länge, Fülle und die Farbe, die du ihm gegeben hast, "
-        "bleiben"
+        "Diesem Gesicht anderes Haar geben; Länge, Fülle und eine selbst gewählte Farbe bleiben"
     ),
     "Which hair": "Welches Haar",
     "Short all over": "Überall kurz",
@@ -877,14 +875,14 @@ SETTINGS = {
     "Hair Length": "Haarlänge",
     "Hair Volume": "Haarfülle",
     "How long the hair is, 1 as drawn. The hair is made anew: what you have changed on it goes": (
-        "Wie lang das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was du an ihm "
-        "geändert hast, geht verloren"
+        "Wie lang das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was daran von Hand "
+        "geändert wurde, geht verloren"
     ),
     "How thick the hair is, 1 as drawn. The hair is made anew: what you have changed on it goes": (
-        "Wie füllig das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was du an ihm "
-        "geändert hast, geht verloren"
+        "Wie füllig das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was daran von Hand "
+        "geändert wurde, geht verloren"
     ),
-    "Hair for a face that no drawing gave any": "Haar für ein Gesicht, das keine Zeichnung hat",
+    "Hair for a face that no drawing gave any.": "Haar für ein Gesicht, das keine Zeichnung hat.",
     "Hair Color": "Haarfarbe",
     "Of the hair as a whole; its shades are darker and lighter": (
         "Die des ganzen Haars; seine Schattierungen sind dunkler und heller"

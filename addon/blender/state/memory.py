@@ -117,7 +117,7 @@ def _style_property(name: str, about: str):
 
     def put(self, value: float) -> None:
         face = self.id_data
-        was = style_of(face)
+        was, value = style_of(face), min(max(value, style.LEAST), style.MOST)
         if _is_reloaded(face, getattr(was, name), value):
             return
         # A slider can tell nobody what is wrong; while hair is edited the panel has it greyed out.
