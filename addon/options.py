@@ -57,7 +57,9 @@ class FitOptions:
         0.0,
         MOST_EXAGGERATED,
     )
-    hair: str = setting("locks", "Hair", "What is made of drawn hair; curves are for a .blend", choices=HAIR)
+    hair: str = setting(
+        "locks", "Hair", "What is made of drawn hair; curves are for a .blend", choices=HAIR
+    )
     strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
     stroke_depth: float = setting(
         1.2,

@@ -129,7 +129,9 @@ def fitting(face: bpy.types.Object, rig: FaceRig, made: HairMesh) -> HairMesh:
     if offsets is not None and len(offsets) == rig.n_vertices:
         made = made.lying_on(rig.neutral(who) + offsets)
     if made.strands is not None and has_identity_keys(face):
-        made = replace(made, strands=hair_mesh(rig, {}, made.cut, made.kind, style=made.style).strands)
+        made = replace(
+            made, strands=hair_mesh(rig, {}, made.cut, made.kind, style=made.style).strands
+        )
     return made
 
 

@@ -17,7 +17,7 @@ from ..common.derived import derived
 from ..common.errors import InputError
 from ..rig import FaceRig
 from ..subdivide import triangulate
-from .cut import ANGLES, Cut
+from .cut import Cut
 from .head import EAR_MOVES, WIDEST, head_of
 from .locks import BEYOND, LENGTH, PITCH, bent, sampled, unit
 from .presets import HAIRLINE
@@ -62,8 +62,8 @@ def grow(
     rng: np.random.Generator,
     detail: float = 0.5,
 ) -> Strands:
-    """Strands that lie in the shell of a person's cut: on a full head of straight hair 2,000 at detail 0,
-    8,000 at 1, of curls twice as many.
+    """Strands that lie in the shell of a person's cut: on a full head of straight hair 2,000 at
+    detail 0, 8,000 at 1, of curls twice as many.
 
     Plaits have none, as they have no locks. InputError for a detail out of range.
     """
@@ -77,8 +77,11 @@ def grow(
     corners, uv = _scalp(rig)
     skin = rig.neutral(identity)
     roots, places = _scattered(skin[corners], uv, rng, count)
-    tails = [shell.points[ring.T].astype(np.float64)
-             for ring, ball in zip(shell.tails, cut.balls, strict=True) if not ball.plait]  # fmt: skip
+    tails = [
+        shell.points[ring.T].astype(np.float64)
+        for ring, ball in zip(shell.tails, cut.balls, strict=True)
+        if not ball.plait
+    ]
     heads = _on_the_head(cut, shell, roots, places, rng, points, length)
     parts = [heads, *(_in_a_tail(tail, roots, places, rng, count // 6, points) for tail in tails)]
     thin = np.sqrt(0.5 * (FEWEST + MOST) / count)
@@ -127,67 +130,82 @@ def _on_the_head(
     cut: Cut, shell: Shell, roots: NDArray, uv: NDArray, rng: np.random.Generator, points: int,
     length: float,
 ) -> tuple[NDArray, ...]:  # fmt: skip
-    """Points, radii, tones and uv of strands that root where the shell lies on the skin."""
+    """Points, radii, tones and uv of strands that root where the shell lies on the skin.
+
+    points : of each      length : metres of a strand that lies
+    """
     inner, outer = (shell.points[at].astype(np.float64) for at in (shell.inner, shell.outer))
     place, far = _places(inner, roots)
-    grown = np.flatnonzero(far < NEAR)
+    grown = far < NEAR
     roots, uv, place = roots[grown], uv[grown], place[grown]
-    if not len(grown):
+    n = len(place)
+    if not n:
         return _none(points)
     columns, rows = inner.shape[:2]
     along = np.gradient(outer, axis=1)
     across = (np.roll(outer, -1, axis=0) - np.roll(outer, 1, axis=0)) / 2
-    metres = np.maximum(np.linalg.norm(along, axis=-1), 5e-4)
-    wide = np.maximum(np.linalg.norm(across, axis=-1), 5e-4)
-    way = np.cumsum(metres, axis=1) - metres[:, :1]
+    metres = np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 5e-4)
+    wide = np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 5e-4)
+    way = np.cumsum(metres, axis=1) - metres[:, :1]  # from the parting
 
-    falls = cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST)
     column = np.rint(place[:, 0]).astype(np.intp) % columns
-    n = len(place)
-    past = rng.uniform(-0.5, 1, n) * np.where(falls, BEYOND[1], BEYOND[0])[column]
-    whole = way[column, -1] + past - sampled(way[..., None], place)[:, 0]
-    short = length * rng.uniform(0.6, 1.2, n)
-    length_of = np.maximum(np.where(falls[column], whole, np.minimum(short, whole)), 0.004)
+    falls = (cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST))[column]
+    past = rng.uniform(-0.5, 1, n) * np.where(falls, BEYOND[1], BEYOND[0])
+    whole = way[column, -1, 0] + past - sampled(way, place)[:, 0]
+    short = np.minimum(length * rng.uniform(0.6, 1.2, n), whole)
+    length_of = np.maximum(np.where(falls, whole, short), 0.004)
 
-    # Clumps: strands follow the nearest of the first few, the farther the more.
+    # Clumps: strands go with the nearest of the first few.
     guides = max(n // CLUMP, 1)
     clump = cKDTree(roots[:guides]).query(roots)[1]
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, guides)[clump]
-    path = np.empty((n, points, 2))
-    path[:, 0] = place
-    step = length_of / (points - 1)
-    for k in range(1, points):
-        at = path[:, k - 1]
-        ahead = step / sampled(metres[..., None], at)[:, 0]
-        aside = lean * step / sampled(wide[..., None], at)[:, 0]
-        path[:, k] = at + np.stack([aside, ahead], axis=-1)
-        path[:, k, 1] = np.clip(path[:, k, 1], 0, rows - 1 + 2.0)
+    path = _walked(place, length_of / (points - 1), lean, metres, wide, points)
     t = np.linspace(0, 1, points)
     over = path[clump, :, 0] - path[..., 0]
     over = (over + columns / 2) % columns - columns / 2
     over[np.abs(over) > APART] = 0  # across the parting, around the whorl
     path[..., 0] += DRAWN * t**1.5 * over
 
-    thick = np.linalg.norm(sampled(outer, path) - sampled(inner, path), axis=-1)
-    low, high = LAYERS
-    lies = high - (high - low) * np.clip(place[:, 1] / (rows - 1), 0, 1) * rng.uniform(0.3, 1.6, n)
-    rise = np.minimum(RISES[0] + RISES[1] * thick.max(axis=1), RISEN * length_of)
-    grown_up = 1 - (1 - np.clip(length_of[:, None] * t / rise[:, None], 0, 1)) ** 2
-    depth = (lies[:, None] * grown_up)[..., None]
-    low_sheet, high_sheet = sampled(inner, path), sampled(outer, path)
-    middle = low_sheet + depth * (high_sheet - low_sheet)
-    normal = unit(np.cross(along, across))
-    up = unit(sampled(normal, path))
-    middle = middle + OFF * (rng.uniform(0, 1, n)[:, None] * grown_up)[..., None] * up
+    # They leave the skin and rise to a layer of their own: what roots low lies low.
+    low, high = sampled(inner, path), sampled(outer, path)
+    thick = np.linalg.norm(high - low, axis=-1).max(axis=1)
+    rise = np.minimum(RISES[0] + RISES[1] * thick, RISEN * length_of)
+    risen = (1 - (1 - np.clip(length_of[:, None] * t / rise[:, None], 0, 1)) ** 2)[..., None]
+    under = np.clip(place[:, 1] / (rows - 1), 0, 1) * rng.uniform(0.3, 1.6, n)
+    layer = (LAYERS[1] - (LAYERS[1] - LAYERS[0]) * under)[:, None, None]
+    up = unit(sampled(unit(np.cross(along, across)), path))
+    off = OFF * rng.uniform(0, 1, n)[:, None, None]
+    middle = low + risen * (layer * (high - low) + off * up)
     middle[:, 0] = roots
+
     # What waves and curls a clump has, its strands have.
     first = slice(guides)
-    plain = middle[first]
-    bend = bent(plain, up[first], sampled(way[..., None], path[first])[..., 0], path[first],
-                shell.azimuth, cut, rng) - plain  # fmt: skip
+    turned = bent(
+        middle[first], up[first], sampled(way, path[first])[..., 0], path[first], shell.azimuth,
+        cut, rng,
+    )  # fmt: skip
+    bend = turned - middle[first]
     bend[:, 0] = 0
     middle = middle + rng.uniform(0.8, 1.2, n)[:, None, None] * bend[clump]
     return middle, _radii(rng, n, points), _tones(rng, clump), uv
+
+
+def _walked(
+    place: NDArray, step: NDArray, lean: NDArray, metres: NDArray, wide: NDArray, points: int
+) -> NDArray[np.float64]:
+    """(n, points, 2) columns and rows down a shell from places (n, 2), by metres (n,) a step.
+
+    lean : (n,) radians to the side      metres, wide : (c, r, 1) of a row, of a column
+    """
+    path = np.empty((len(place), points, 2))
+    path[:, 0] = place
+    last = metres.shape[1] - 1
+    for k in range(1, points):
+        at = path[:, k - 1]
+        ahead, aside = step / sampled(metres, at)[:, 0], lean * step / sampled(wide, at)[:, 0]
+        path[:, k, 0] = at[:, 0] + aside
+        path[:, k, 1] = np.clip(at[:, 1] + ahead, 0, last + 2.0)
+    return path
 
 
 def _places(inner: NDArray, roots: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from ..common.errors import InputError
 from .cut import ANGLES, Ball, Cut
-from .head import WIDEST
 from .presets import HAIRLINE
 
 LEAST, MOST = 0.3, 2.0  # of length and volume
-# Azimuths, in degrees, at which a face begins and ceases to be open: in front of them hair that ends
-# at the hairline is combed away from there, and only a fringe grows; behind them all of it does.
+# Degrees from the front at which a face ceases to be open, and is not open any more: hair that ends
+# at the hairline is combed away from there, and only a fringe grows; behind that all of it does.
 OPEN = (34.0, 62.0)
 BALD = 0.12  # height above the hairline from which on there is no hair to grow
 THIN = 0.25  # share of its thickest place that hair has at least, for what volume adds

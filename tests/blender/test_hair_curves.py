@@ -1,4 +1,4 @@
-"""Hair as Blender's hair curves: they grow on the face, follow it, keep their place, go to files."""
+"""Hair as Blender's hair curves: they grow on the face, follow it, and go to files."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from facs_rig.blender.hair import (  # noqa: E402
     colour_of,
     comb,
     curves_of,
+    cut_of,
     hair_of,
     kind_of,
     remove_hair,
@@ -274,9 +275,8 @@ def test_a_fit_with_curves(shell, sketch):
     settings.hair = "curves"
     press(sketch)
     face = bpy.context.active_object
-    assert kind_of(face) == "curves" and depth(
-        face, roots(face, evaluated_strands(face))[::60]
-    ).max() < 3e-3
+    assert kind_of(face) == "curves"
+    assert depth(face, roots(face, evaluated_strands(face))[::60]).max() < 3e-3
     curves = curves_of(face)
     bpy.ops.ed.undo_push(message="fitted")
     assert again() == {"FINISHED"}
@@ -333,18 +333,12 @@ def test_an_independent_face_has_curves_of_its_own(fitted, rig):
 def test_in_other_files_they_are_locks(fitted, rig, ending, tmp_path, reports):
     path, left, name = tmp_path / f"face{ending}", everything(), hair_of(fitted).name
     (worn,) = shown(fitted, rig).worn
-    locks = hair_mesh(rig, identity_of(fitted), curves_and_cut(fitted), "locks")
+    locks = hair_mesh(rig, identity_of(fitted), cut_of(fitted), "locks")
     assert len(worn.points) == len(locks.points) and np.array_equal(worn.quads, locks.quads)
     assert bpy.ops.sketch_to_face.export(filepath=str(path), format=ending) == {"FINISHED"}
     assert "its hair curves are locks there" in reports()
     assert everything() == left
     back(path, name, worn)
-
-
-def curves_and_cut(face):
-    from facs_rig.blender.hair import cut_of
-
-    return cut_of(face)
 
 
 def test_hidden_underlayer_or_strands_still_go_to_files(fitted, rig):

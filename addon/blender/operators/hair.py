@@ -21,7 +21,6 @@ from ..messages import translation
 from ..messages.reporting import reported
 from ..state import faces
 
-
 PRESETS = (
     ("crop", "Crop", "Short all over"),
     ("side_parting", "Side Parting", "Short, parted at the side"),
@@ -83,7 +82,9 @@ class SKETCHTOFACE_OT_hair(faces.OnFace, bpy.types.Operator):
         if not super().poll(context):
             return False
         if not has_cut(faces.polled_face(context)):
-            cls.poll_message_set(translation.tip("This face has no hair: choose one of the presets"))
+            cls.poll_message_set(
+                translation.tip("This face has no hair: choose one of the presets")
+            )
             return False
         return _in_object_mode(cls, context)
 
@@ -92,7 +93,7 @@ class SKETCHTOFACE_OT_hair(faces.OnFace, bpy.types.Operator):
         face = faces.polled_face(context)
         with reported(self) as outcome:
             active = faces.active_object(context)
-            name = active.name if active in parts_of(face) else None
+            name = active.name if active is not None and active in parts_of(face) else None
             if self.kind != "none":
                 from facs_rig.rig import load_rig
 
@@ -138,9 +139,7 @@ class SKETCHTOFACE_OT_hair_preset(faces.OnFace, bpy.types.Operator):
             elif drawn is not None:
                 cut = from_json(drawn)
             else:
-                raise InputError(
-                    translation.text("No hair was found in the drawing of this face")
-                )
+                raise InputError(translation.text("No hair was found in the drawing of this face"))
             add_hair(face, load_rig(), cut, kind_of(face) or "locks")
             if self.preset == "drawn":
                 face.pop(DRAWN, None)

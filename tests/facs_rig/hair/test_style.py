@@ -82,7 +82,8 @@ def test_a_tail_grows_and_a_bun_does_not():
 @pytest.mark.parametrize("style", [Style(LEAST, LEAST), Style(MOST, MOST)])
 def test_the_shell_of_any_style_is_sound(rig, name, style):
     made = shell(rig, {}, styled(preset(name), style))
-    assert np.isfinite(made.points).all() and len(made.points) == len(shell(rig, {}, preset(name)).points)
+    assert np.isfinite(made.points).all()
+    assert len(made.points) == len(shell(rig, {}, preset(name)).points)
     size = np.ptp(made.points, axis=0)
     assert (size > 0.1).all() and (size < 1.0).all()
 
