@@ -20,19 +20,19 @@ def draw_hair(layout, face) -> None:
     column = layout.column(align=True)
     if kind:
         column.prop(face.sketch_to_face, "hair_colour")
-    make = hair.SKETCHTOFACE_OT_hair.bl_idname
-    row = column.row(align=True)
-    row.label(text="Hair")
+    else:
+        column.label(text="Hair")
     if has_cut(face):
+        make = hair.SKETCHTOFACE_OT_hair.bl_idname
+        row = column.row(align=True)
         for name, text in KINDS.items():
             if name != "curves" or has_curves():
                 row.operator(make, text=text, text_ctxt=translation.OWN,
                              depress=kind == name).kind = name  # fmt: skip
         if kind:
             row.operator(make, text="", icon="X").kind = "none"
-    row = column.row(align=True)
-    row.operator_menu_enum(hair.SKETCHTOFACE_OT_hair_preset.bl_idname, "preset",
-                           text="Hair Presets", icon="STRANDS")  # fmt: skip
+    column.operator_menu_enum(hair.SKETCHTOFACE_OT_hair_preset.bl_idname, "preset",
+                              text="Hair Presets", icon="STRANDS")  # fmt: skip
     if kind:
         column = layout.column(align=True)
         column.enabled = all(part.mode == "OBJECT" for part in parts_of(face))

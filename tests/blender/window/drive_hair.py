@@ -27,14 +27,15 @@ from hands import (  # noqa: E402
     main,
     open_tab,
     press,
+    scroll,
     unfold,
     until,
     vertices,
 )
 
 SLIDERS = {"length": "sketch_to_face.hair_length", "volume": "sketch_to_face.hair_volume"}
-NONE = 'bpy.ops.sketch_to_face.hair(kind="none")'
-SURFACE = 'bpy.ops.sketch_to_face.hair(kind="surface")'
+NONE = "bpy.ops.sketch_to_face.hair(kind='none')"
+SURFACE = "bpy.ops.sketch_to_face.hair(kind='surface')"
 
 
 def session(options, result: dict):
@@ -45,7 +46,7 @@ def session(options, result: dict):
     shutil.copy(options.sketch, options.out)
     bpy.context.scene.sketch_to_face.sketch = str(options.out / options.sketch.name)
     # Before they are drawn for the first time: Blender remembers which ones were open.
-    folded = ("detect", "fit", "face", "head", "wrinkles")
+    folded = ("detect", "face", "head", "wrinkles")
     yield from unfold(desk, **{f"SKETCHTOFACE_PT_{name}": True for name in folded})
     yield from unfold(desk, SKETCHTOFACE_PT_hair=False)
     places: list = []
@@ -56,6 +57,7 @@ def session(options, result: dict):
     hair = next(o.name for o in bpy.data.objects if o.name.endswith(" Hair"))
     face = bpy.context.view_layer.objects.active.name
     result["face"], result["hair"] = face, hair
+    yield from scroll(desk, 12)
     yield from look(desk, bpy.data.objects[face])
     desk.screenshot(options.out / "1_result.png")
 
@@ -90,7 +92,7 @@ def session(options, result: dict):
     yield from press(desk, found[0])
     assert bpy.data.objects[hair]["facs_hair_kind"] == "surface"
     found = []
-    yield from find_button(desk, NONE, found, 0.93)
+    yield from find_button(desk, NONE, found, 0.86)
     yield from press(desk, found[0])
     assert hair not in bpy.data.objects, "the cross does not take the hair away"
 
