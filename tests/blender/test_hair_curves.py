@@ -125,6 +125,20 @@ def test_at_rest_they_are_where_they_were_grown(empty_blender, rig, cut):
     assert np.array_equal(uv, made.uv)
 
 
+@pytest.mark.parametrize("way", ["NEAREST", "DEFORM"])
+def test_blender_s_own_tools_find_their_roots(empty_blender, rig, cut, way):
+    """Snapping them to the surface, anew or by the places that are kept, changes next to nothing."""
+    face = build_face("Somebody", rig, FaceParameters(identity=WHO))
+    add_hair(face, rig, cut, "curves")
+    curves = curves_of(face)
+    before = roots(face, read_points(curves.data))
+    bpy.context.view_layer.objects.active = curves
+    curves.select_set(True)
+    assert bpy.ops.curves.snap_curves_to_surface(attach_mode=way) == {"FINISHED"}
+    off = np.linalg.norm(roots(face, read_points(curves.data)) - before, axis=1)
+    assert np.median(off) < 3e-4 and off.max() < 2e-3
+
+
 def test_they_hang_on_the_skin_in_every_pose(groomed):
     for aus, head in (({}, (0.0, 0.0, 0.0)), ({}, TURNED.head), (TURNED.aus, (0.0, 0.0, 0.0))):
         set_pose(groomed, dataclasses.replace(TURNED, aus=aus, head=head, identity=WHO))
