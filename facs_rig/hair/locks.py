@@ -155,15 +155,15 @@ def _ribbons(
     grid = sheet.points
     across = (np.roll(grid, -1, axis=0) - np.roll(grid, 1, axis=0)) / 2
     along = np.gradient(grid, axis=1)
-    normal = unit(np.cross(along, across))
+    normal = _unit(np.cross(along, across))
     metres = np.stack([np.linalg.norm(v, axis=-1) for v in (across, along)], axis=-1)
     metres = np.maximum(metres, 5e-4)
     root = np.cumsum(metres[..., 1], axis=1) - metres[:, :1, 1]
 
     path = _traced(sheet, metres, root, cut, rng, count, segments)
-    middle, up = sampled(grid, path), unit(sampled(normal, path))
-    middle = bent(middle, up, sampled(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
-    aside = unit(np.cross(np.gradient(middle, axis=1), up))
+    middle, up = _at(grid, path), _unit(_at(normal, path))
+    middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     t = np.linspace(0, 1, segments + 1)
     taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
     wide = (1 - 0.2 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
@@ -175,7 +175,7 @@ def _ribbons(
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)
 
 
-def unit(vectors: NDArray) -> NDArray[np.float64]:
+def _unit(vectors: NDArray) -> NDArray[np.float64]:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
@@ -195,9 +195,9 @@ def _traced(
     path = np.empty((count, segments + 1, 2))
     for k in range(segments + 1):
         path[:, k] = place
-        way = unit(sampled(sheet.field, place))
-        way = unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
-        size = sampled(metres, place)
+        way = _unit(_at(sheet.field, place))
+        way = _unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
+        size = _at(metres, place)
         past = share * sheet.beyond[np.rint(place[:, 0]).astype(np.intp) % columns]
         place = place + (length / segments)[:, None] * way / size
         place[:, 1] = np.clip(place[:, 1], 0, rows - 1 + np.minimum(past / size[:, 1], 2.0))
@@ -217,7 +217,7 @@ def _seeds(
     return np.stack([column, row], axis=-1) + rng.uniform(0, 1, (count, 2))
 
 
-def sampled(table: NDArray, place: NDArray) -> NDArray[np.float64]:
+def _at(table: NDArray, place: NDArray) -> NDArray[np.float64]:
     """(..., k) a table (c, r, k) that closes around, at columns and rows (..., 2); beyond its
     last row it goes on straight."""
     low = np.floor(place).astype(np.intp)
@@ -229,12 +229,12 @@ def sampled(table: NDArray, place: NDArray) -> NDArray[np.float64]:
     return near * (1 - t) + (table[i, row + 1] * (1 - s) + table[j, row + 1] * s) * t
 
 
-def bent(
+def _bent(
     middle: NDArray, up: NDArray, root: NDArray, path: NDArray, azimuths: NDArray, cut: Cut,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
     """The middles of locks (l, s, 3), waved and curled. root : (l, s) metres from the parting"""
-    aside = unit(np.cross(np.gradient(middle, axis=1), up))
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     count, columns = len(middle), len(azimuths)
     # Waves of neighbours go together, as those of the shell do; curls do not.
     turned = np.append(azimuths, 2 * np.pi)

@@ -19,7 +19,7 @@ from ..rig import FaceRig
 from ..subdivide import triangulate
 from .cut import Cut
 from .head import EAR_MOVES, WIDEST, head_of
-from .locks import BEYOND, LENGTH, PITCH, bent, sampled, unit
+from .locks import BEYOND, LENGTH, PITCH, _at, _bent, _unit
 from .presets import HAIRLINE
 from .shell import Shell, edge_heights
 
@@ -151,7 +151,7 @@ def _on_the_head(
     column = np.rint(place[:, 0]).astype(np.intp) % columns
     falls = (cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST))[column]
     past = rng.uniform(-0.5, 1, n) * np.where(falls, BEYOND[1], BEYOND[0])
-    whole = way[column, -1, 0] + past - sampled(way, place)[:, 0]
+    whole = way[column, -1, 0] + past - _at(way, place)[:, 0]
     short = np.minimum(length * rng.uniform(0.6, 1.2, n), whole)
     length_of = np.maximum(np.where(falls, whole, short), 0.004)
 
@@ -167,21 +167,21 @@ def _on_the_head(
     path[..., 0] += DRAWN * t**1.5 * over
 
     # They leave the skin and rise to a layer of their own: what roots low lies low.
-    low, high = sampled(inner, path), sampled(outer, path)
+    low, high = _at(inner, path), _at(outer, path)
     thick = np.linalg.norm(high - low, axis=-1).max(axis=1)
     rise = np.minimum(RISES[0] + RISES[1] * thick, RISEN * length_of)
     risen = (1 - (1 - np.clip(length_of[:, None] * t / rise[:, None], 0, 1)) ** 2)[..., None]
     under = np.clip(place[:, 1] / (rows - 1), 0, 1) * rng.uniform(0.3, 1.6, n)
     layer = (LAYERS[1] - (LAYERS[1] - LAYERS[0]) * under)[:, None, None]
-    up = unit(sampled(unit(np.cross(along, across)), path))
+    up = _unit(_at(_unit(np.cross(along, across)), path))
     off = OFF * rng.uniform(0, 1, n)[:, None, None]
     middle = low + risen * (layer * (high - low) + off * up)
     middle[:, 0] = roots
 
     # What waves and curls a clump has, its strands have.
     first = slice(guides)
-    turned = bent(
-        middle[first], up[first], sampled(way, path[first])[..., 0], path[first], shell.azimuth,
+    turned = _bent(
+        middle[first], up[first], _at(way, path[first])[..., 0], path[first], shell.azimuth,
         cut, rng,
     )  # fmt: skip
     bend = turned - middle[first]
@@ -202,7 +202,7 @@ def _walked(
     last = metres.shape[1] - 1
     for k in range(1, points):
         at = path[:, k - 1]
-        ahead, aside = step / sampled(metres, at)[:, 0], lean * step / sampled(wide, at)[:, 0]
+        ahead, aside = step / _at(metres, at)[:, 0], lean * step / _at(wide, at)[:, 0]
         path[:, k, 0] = at[:, 0] + aside
         path[:, k, 1] = np.clip(at[:, 1] + ahead, 0, last + 2.0)
     return path
@@ -215,7 +215,7 @@ def _places(inner: NDArray, roots: NDArray) -> tuple[NDArray[np.float64], NDArra
         np.arange(columns * FINE[0]) / FINE[0], np.arange((rows - 1) * FINE[1] + 1) / FINE[1],
         indexing="ij",
     ), axis=-1).reshape(-1, 2)  # fmt: skip
-    far, near = cKDTree(sampled(inner, grid)).query(roots)
+    far, near = cKDTree(_at(inner, grid)).query(roots)
     return grid[near], far
 
 
@@ -235,8 +235,8 @@ def _in_a_tail(
     path[..., 0] = (rng.uniform(0, sides, count))[:, None] + rng.normal(0, 0.3, count)[:, None] * t
     path[..., 1] = ends[:, None] * t * (rings - 1)
     out = np.sqrt(rng.uniform(0.3, 1.05, count))[:, None, None]
-    surface = sampled(tail, path)
-    core = sampled(np.broadcast_to(middle, tail.shape), path)
+    surface = _at(tail, path)
+    core = _at(np.broadcast_to(middle, tail.shape), path)
     line = core + out * (surface - core)
     line[:, 0] = roots[root]
     return line, _radii(rng, count, points), _tones(rng, np.arange(count) // CLUMP), uv[root]
