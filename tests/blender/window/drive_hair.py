@@ -92,7 +92,7 @@ def session(options, result: dict):
     yield from press(desk, found[0])
     assert bpy.data.objects[hair]["facs_hair_kind"] == "surface"
     found = []
-    yield from find_button(desk, NONE, found, 0.86)
+    yield from find_button(desk, NONE, found, 0.78)
     yield from press(desk, found[0])
     assert hair not in bpy.data.objects, "the cross does not take the hair away"
 
