@@ -95,10 +95,10 @@ def grow(
 @derived
 def _scalp(rig: FaceRig) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Triangles (t, 3) of the skin that hair grows on, and their places (t, 3, 2) on the texture:
-    what lies above the usual hairline and is no ear. Of the medium level, where there is one."""
+    what lies above the usual hairline and is no ear. Of the full face those of the medium level."""
     texture = rig.texture
     places = texture.corners[rig.triangle_corners]
-    if "medium" in rig.lighter:
+    if rig.level == "full":
         places = triangulate(*rig.lighter["medium"])
     corners = texture.vertices[places]
     rest, head = rig.neutral(), head_of(rig)
