@@ -130,6 +130,8 @@ def test_a_bad_sketch_leaves_older_files_alone(refused, folder, kind):
         (["--gap-closing", "two"], "--gap-closing: invalid int value: 'two'"),
         (["--gap-closing", "0"], "Gap closing (gap_closing) lies between 1 and 20 px"),
         (["--snake-type", "lazy"], "invalid choice: 'lazy'"),
+        (["--hair", "curves"], "'smiling_woman.glb' cannot hold hair curves: write a .blend"),
+        (["--hair", "wig"], "--hair: invalid choice: 'wig'"),
         (["--align", "1,2,3"], "left,top,right,bottom"),
         (["--align", "200,0,100,300"], "is empty"),
         (["--unmatched", "carve"], "--unmatched: invalid choice: 'carve'"),
