@@ -19,7 +19,7 @@ from .shell import shell
 
 KINDS, NAME = ("locks", "surface"), "hair"
 DETAIL = 0.5  # of locks; see `locks.hair`
-OUTER, INNER = 0.65, 0.15  # how light the two sheets of the shell are: what lies under locks
+OUTER, INNER = 0.65, 0.35  # how light the two sheets of the shell are: what lies under locks
 LOOSE = 0.20  # how much lighter or darker than the hair a lock may be
 HAIRS = 300.0  # single hairs around the head, in pictures
 APART = 11.0  # hairs from one lock to the next
