@@ -59,6 +59,8 @@ LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55
 least a tenth of it reaches."""
 LEAST_BEARD, BEARDED = 0.004, 1.6
 """The same square heads of a beard, and the log-odds by which the network takes too few for one."""
+FALLEN = 0.03
+"""Square heads of hair below the mouth from which on it is one that falls."""
 APART = 0.04
 """Heads between a head and a piece of hair that is still its own."""
 
@@ -131,7 +133,9 @@ def page_hair(
     region = _hair_in(ink, hair, beard, zones, unlike)
     whiskers = _beard_in(ink, beard, zones) & ~region
     strokes = strokes_in(ink, region, ROWS)
-    place = parting(strokes, region, zones.face, ROWS)
+    low = max(int((zones.nose + zones.chin) / 2), 0)
+    falls = bool(region[low:].sum() > FALLEN * ROWS**2)
+    place = parting(strokes, region, zones.face, ROWS, falls)
     part = None if place is None else box.to_pixels((place + 0.5) / size)
     return PageHair(
         box, region, whiskers, zones.head, _contour(region, box), tone_of(ink, region),
