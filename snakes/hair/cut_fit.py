@@ -55,6 +55,9 @@ below those beside it."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
+USUAL, SOFTLY = 0.12, 0.1
+"""How well a place is seen where what is seen of lying hair counts as much as where hairlines
+usually are, and over what height these go from hair to skin."""
 UNSEEN = 0.4
 """How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
@@ -118,6 +121,11 @@ def _cut(
     return Cut(edge, thick, part, hangs, curl=curl, colour=colour, top=top)
 
 
+def _rounded(values: NDArray) -> NDArray[np.float64]:
+    """(48, k) values shared with the azimuths beside each."""
+    return (2 * values + np.roll(values, 1, axis=0) + np.roll(values, -1, axis=0)) / 4
+
+
 def _apex(edge: NDArray) -> float | None:
     """Radians at which falling hair parts over an open forehead, None for a fringe."""
     front = (_away(ANGLES) < np.radians(50)) & (edge < BARE)
@@ -154,13 +162,16 @@ def _edges(
     stand = tips.mean(axis=1) if hangs else np.full(AZIMUTHS, 0.5 * PLAIN)
     covered, weight = sight.covered(HEIGHTS, hangs, np.maximum(stand, THIN), FACING)
     seen = weight * (2 * covered - 1)
+    base = _around(HAIRLINE)
+    if not hangs:
+        usual = np.tanh((HEIGHTS - base[:, None]) / SOFTLY)
+        seen = _rounded(seen + USUAL * usual * np.minimum(weight.max(axis=1) / USUAL, 1)[:, None])
     # Hair above a height and none below: the height of which that is true for the most.
     above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
     best = above.argmax(axis=1)
     between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
     found, sure = between[best], weight[:, :40].mean(axis=1)
     sure = np.where(sure > 0.1, np.minimum(2 * sure, 1), 0)
-    base = _around(HAIRLINE)
     for side in (-1, 1):
         low = sight.lowest(outline, side)
         rim = sight.rim(side)

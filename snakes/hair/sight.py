@@ -34,6 +34,9 @@ RIM = (np.radians(62), np.radians(125))
 CHEEKS, BACK = np.radians(58), 0.15
 """Radians from the front to which the cheeks reach, and what it counts for hair in front of there
 that it is seen beside the head."""
+LINE, TEMPLE = 1.5, 0.5
+"""Cells that a drawn hairline at the head's outline may be wide, and the height below which it is
+at the temples."""
 BESIDE = 0.055
 """Metres beside the head's axis where what hangs is no beard and no collar."""
 
@@ -149,6 +152,12 @@ class Sight:
         step = np.abs(np.gradient(self.head.metres(heights))) / 0.005
         weight = np.clip((slope - facing) / 0.3, 0, 1) * inside * np.minimum(step, 1)
         hair = self.page.hair[v, u]
+        if not falls:  # lines at the temples are as wide as much of what lies beside them
+            aside = np.rint(LINE * np.sin(ANGLES - self.azimuth))[:, None].astype(int)
+            right = np.array([-self.up[1], self.up[0]])
+            u, v = (np.clip(k - np.rint(aside * r).astype(int), 0, n - 1)
+                    for k, r, n in ((u, right[0], width), (v, right[1], height)))  # fmt: skip
+            hair = np.where(heights < TEMPLE, hair & self.page.hair[v, u], hair)
         # What is seen beside the cheeks may as well hang farther back.
         front = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi) < CHEEKS
         beside = hair & ~self.page.head[v, u] & front[:, None] & (heights < WIDEST)
