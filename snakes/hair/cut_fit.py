@@ -58,6 +58,9 @@ share of it that it has before: it lies on the cheeks."""
 USUAL, SOFTLY = 0.12, 0.1
 """How well a place is seen where what is seen of lying hair counts as much as where hairlines
 usually are, and over what height these go from hair to skin."""
+EARS, DOUBTED = (np.radians(92), np.radians(15)), 0.3
+"""Radians from the front where ears are, and how far around, and how well hair is seen there that
+lies: dark ears beside it are taken for it."""
 UNSEEN = 0.4
 """How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
@@ -117,8 +120,10 @@ def _cut(
     curl = 0.0
     if page.texture == "curls":
         curl = 0.8 * float(np.clip(np.median(thick[:, : STEPS // 2 + 1]) / CURLED, 0.35, 1))
+    # Only long strokes show waves: short ones lie in many directions, filled areas have none.
+    wave = 0.8 * page.wave if hangs and page.texture == "strands" else 0.0
     colour = float(np.clip(page.tone, 0.1, 1.0))
-    return Cut(edge, thick, part, hangs, curl=curl, colour=colour, top=top)
+    return Cut(edge, thick, part, hangs, wave, curl, (), colour, top)
 
 
 def _rounded(values: NDArray) -> NDArray[np.float64]:
@@ -164,6 +169,8 @@ def _edges(
     seen = weight * (2 * covered - 1)
     base = _around(HAIRLINE)
     if not hangs:
+        ears = (np.abs(_away(ANGLES) - EARS[0]) < EARS[1])[:, None] & (HEIGHTS < base[:, None])
+        seen = np.where(ears & (seen > 0), DOUBTED * seen, seen)
         usual = np.tanh((HEIGHTS - base[:, None]) / SOFTLY)
         seen = _rounded(seen + USUAL * usual * np.minimum(weight.max(axis=1) / USUAL, 1)[:, None])
     # Hair above a height and none below: the height of which that is true for the most.

@@ -25,7 +25,7 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from ..lines import HEAD
-from .texture import Strokes, parting, strokes_in, texture_of, tone_of
+from .texture import Strokes, parting, strokes_in, texture_of, tone_of, waves_in
 
 __all__ = ["PageHair", "page_hair"]
 
@@ -77,6 +77,7 @@ class PageHair:
     texture : how it is drawn: "black", "outline", "strands", "curls" or "stubble"; "" for none
     strokes : where its strokes run
     part : (2,) pixels where a parting meets the forehead, or None
+    wave : how wavy its strokes are, 0 to 1
     """
 
     box: Box
@@ -88,6 +89,7 @@ class PageHair:
     texture: str
     strokes: Strokes
     part: NDArray[np.float64] | None
+    wave: float = 0.0
 
     @property
     def cell(self) -> float:
@@ -139,7 +141,7 @@ def page_hair(
     part = None if place is None else box.to_pixels((place + 0.5) / size)
     return PageHair(
         box, region, whiskers, zones.head, _contour(region, box), tone_of(ink, region),
-        texture_of(ink, region, strokes, ROWS), strokes, part,
+        texture_of(ink, region, strokes, ROWS), strokes, part, waves_in(strokes, region, ROWS),
     )  # fmt: skip
 
 

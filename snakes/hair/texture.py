@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of"]
+__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of", "waves_in"]
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")
 
@@ -29,6 +29,9 @@ BENT, STROKE, SHARPEST = 8.0, 0.014, 60.0
 in several directions, heads around a place in which a stroke has its own, and the most that counts."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
+SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
+"""Heads within which waves go to and fro, and the radians by which strokes do so, root mean square,
+in the most uneven straight hair and in waves."""
 REACH = {"lies": 0.14, "falls": 0.30}
 """Heads to either side of a parting that say whether it is one, of hair that lies and that falls."""
 PARTED, LOPSIDED = {"lies": 0.42, "falls": 0.2}, 0.2
@@ -129,6 +132,20 @@ def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
     agreed = (np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)) ** 2
     weight = np.where(inside[part] & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
     return float((weight * np.minimum(along, SHARPEST)).sum() / max(weight.sum(), 1e-9))
+
+
+def waves_in(strokes: Strokes, region: NDArray, rows: int) -> float:
+    """How wavy strokes are, 0 to 1: by how much they turn to and fro from the way that they run all
+    around."""
+    weight = strokes.coherence * region
+    if not weight.any():
+        return 0.0
+    x, y = strokes.along[..., 0], strokes.along[..., 1]
+    cos, sin = x * x - y * y, 2 * x * y
+    mean_cos, mean_sin = (ndimage.gaussian_filter(of * weight, SWAY * rows) for of in (cos, sin))
+    off = 0.5 * np.arctan2(sin * mean_cos - cos * mean_sin, cos * mean_cos + sin * mean_sin)
+    sway = float(np.sqrt((weight * off**2).sum() / weight.sum()))
+    return float(np.clip((sway - STRAIGHT) / (WAVY - STRAIGHT), 0, 1))
 
 
 def parting(
