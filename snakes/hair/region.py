@@ -59,6 +59,9 @@ LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55
 least a tenth of it reaches."""
 LEAST_BEARD, BEARDED = 0.004, 1.6
 """The same square heads of a beard, and the log-odds by which the network takes too few for one."""
+SHADED, DARKER, SHORN = 0.16, 1.3, 1.2
+"""Mean ink from which on a scalp is not bare, if it is so many times darker than the face, and the
+log-odds by which a network takes its ink too rarely for hair that is cut to the skin."""
 FALLEN = 0.03
 """Square heads of hair below the mouth from which on it is one that falls."""
 APART = 0.04
@@ -265,15 +268,25 @@ def _hair_in(
     if share.max() < 0.5 or not zones.head.any():
         return np.zeros(ink.shape, dtype=bool)
     row = np.arange(len(ink))[:, None]
+    scalp = zones.head & ~zones.face & (row < zones.eyes)
     outside = _outside(ink, share, zones.head)
     cues = odds + unlike + TONED * _tones(ink, share)
     cues = cues + np.where(outside, OUTSIDE, 0.0)
     cues = cues + np.where(~outside & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
-    cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
-    found = _spread(cues, ink) & (odds > beard - 1 - BEARDED) & (unlike > -6)
-    found = ndimage.binary_opening(found, iterations=1)
+    cues = cues + np.where(scalp, SCALP, 0.0)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(APART * ROWS), 1))
-    return _pieces(found, share, near, LEAST)
+    allowed = (odds > beard - 1 - BEARDED) & (unlike > -6)
+
+    def found_by(cues: NDArray, share: NDArray) -> NDArray[np.bool_]:
+        found = ndimage.binary_opening(_spread(cues, ink) & allowed, iterations=1)
+        return _pieces(found, share, near, LEAST)
+
+    found = found_by(cues, share)
+    face = ink[zones.face].mean() if zones.face.any() else 0.0
+    if not found.any() and scalp.any() and ink[scalp].mean() > max(SHADED, DARKER * face):
+        shorn = SHORN * scalp * np.clip(ndimage.gaussian_filter(ink, 0.022 * ROWS) / SHADED, 0, 1)
+        found = found_by(cues + shorn, _chance(odds + unlike + shorn))
+    return found
 
 
 def _beard_in(ink: NDArray, odds: NDArray, zones: _Zones) -> NDArray[np.bool_]:
