@@ -32,7 +32,7 @@ STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
 ROUNDS = 3
 """How often the surface is held against the region."""
-HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -2.3, 46)])
+HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
 """At which hair is looked for."""
 NOWHERE = np.zeros(AZIMUTHS, dtype=bool)
 FACING = 0.15
@@ -43,7 +43,7 @@ THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
 HUNG = -0.5
 """Height below which hair at the sides hangs: the mouth's."""
-NAPE, BELOW = np.radians(25), 0.15
+NAPE, BELOW = np.radians(25), 0.3
 """Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
 ends that hangs."""
 GAP, SIDES = 9, np.radians(50)
@@ -124,7 +124,7 @@ def _cut(
     if page.texture == "curls":
         curl = 0.8 * float(np.clip(np.median(thick[:, : STEPS // 2 + 1]) / CURLED, 0.35, 1))
     # Only long strokes show waves: short ones lie in many directions, filled areas have none.
-    wave = 0.8 * page.wave if hangs and page.texture == "strands" else 0.0
+    wave = 0.5 * page.wave if hangs and page.texture == "strands" else 0.0
     colour = float(np.clip(page.tone, 0.1, 1.0))
     return Cut(edge, thick, part, hangs, wave, curl, (), colour, top)
 
@@ -201,7 +201,8 @@ def _edges(
     if hangs:
         even = grey_opening(edge, GAP, mode="wrap")
         even = np.maximum(even, grey_closing(even, TIP, mode="wrap") - JAGGED)
-        edge = np.where(_away(ANGLES) > SIDES, even, edge)
+        front = np.maximum(edge, grey_closing(edge, TIP, mode="wrap") - JAGGED / 2)
+        edge = np.where(_away(ANGLES) > SIDES, even, front)
     else:
         plain = median_filter(edge, TOOTH, mode="wrap")
         edge = np.where(_away(ANGLES) < FOREHEAD, plain, edge)
