@@ -24,12 +24,13 @@ CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
 DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
-GROOVE = (0.65, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
+GROOVE = (0.5, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
 WAVELENGTH = 0.055  # metres of a wave of hair
 THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
 GONE = (0.010, 0.003)  # metres of a column below which it sinks into the skin, and how deep
-LOCKS, STEEP = 0.010, 0.10  # metres that tips are uneven, and metres a radian of an edge not level
+LOCKS, ROOM = 0.009, 0.7  # metres that tips are uneven, and share of a column from which on
+STEEP = 0.10  # metres a radian of an edge that is not level
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
 
@@ -148,8 +149,10 @@ def _paths(
     starts = _starts(head, cut, len(azimuth)) if cut.top is None else _rim(head, cut, azimuth, ends)
     turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
     arc = np.maximum(turn, 1e-3) * (head.above - widest) * 1.15
-    fall = np.where(falls, np.maximum(widest - edge + _tips(azimuth, edge), 0), 0.0)
+    fall = np.where(falls, widest - edge, 0.0)
     along = share * (arc + fall)[:, None]
+    ends_at = np.clip((share - ROOM) / (1 - ROOM), 0, 1) ** 2
+    along = along + ends_at * (np.minimum(fall, LOCKS) * _tips(azimuth, edge))[:, None]
     t = np.clip(along / arc[:, None], 0, 1)
     around, elevation = _angles(starts)
     root = np.minimum((np.pi / 2 - elevation) / reach(around), 0.97 if cut.top is None else 1.0)
@@ -163,10 +166,11 @@ def _paths(
 
 
 def _tips(azimuth: NDArray, edge: NDArray) -> NDArray[np.float64]:
-    """(c,) metres by which falling hair is longer or shorter, in locks, where its edge is level."""
-    steep = np.abs(np.gradient(edge)) / np.maximum(np.gradient(azimuth), 1e-6)
-    level = 1 / (1 + (steep / STEEP) ** 2)
-    return LOCKS * level * (np.cos(31 * azimuth) + np.cos(23 * azimuth + 9 * np.cos(azimuth))) / 2
+    """(c,) -1..1 by how much falling hair is longer, in locks, where its edge (c,) in metres is level."""
+    rise = np.roll(edge, -1) - np.roll(edge, 1)
+    run = (np.roll(azimuth, -1) - np.roll(azimuth, 1)) % (2 * np.pi)
+    level = 1 / (1 + (rise / run / STEEP) ** 2)
+    return level * (np.cos(31 * azimuth) + np.cos(23 * azimuth)) / 2
 
 
 def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:

@@ -96,12 +96,13 @@ def fit_cut(
         return None
     head = head_of(rig, parameters.identity)
     sight = Sight.of(page, rig, parameters, vertices, camera, head)
-    outline = sight.outline_of_region().without_knots()
+    whole = sight.outline_of_region()
+    outline = whole.without_knots()
     hangs = _hangs(sight, outline)
     thick = np.full((AZIMUTHS, STEPS), PLAIN)
     rim = None if hangs else _rim(sight)
     edge, falls = _edges(sight, outline, hangs, thick) if rim is None else (rim[0], NOWHERE)
-    top = None if rim is None else rim[1]
+    top, outline = (None, outline) if rim is None else (rim[1], whole)
     cut = _cut(page, sight, edge, thick, hangs, top)
     for _ in range(ROUNDS):
         thick = _thickness(sight, outline, cut, thick, falls)
