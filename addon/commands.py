@@ -161,6 +161,7 @@ def _setting_argument(group: argparse._ActionsContainer, item: Field[Any]) -> No
 
 
 def fit(options: argparse.Namespace) -> int:
+    from addon.export import check_hair
     from facs_rig.common.box import Box
     from facs_rig.common.files import Outputs, check_output
     from facs_rig.levels import check_level
@@ -171,6 +172,7 @@ def fit(options: argparse.Namespace) -> int:
     distinct([sketch, face, options.report, options.preview])
     check_output(face, FACES)
     need_bpy(face)
+    check_hair(face, options.hair)
     if options.report:
         check_output(options.report, (".json",))
     if options.preview:

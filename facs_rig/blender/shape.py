@@ -40,8 +40,8 @@ def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.
     """
-    rig = rig_of(face, rig)
-    worn = shown_hair(face)
+    whole, rig = rig, rig_of(face, rig)
+    worn = shown_hair(face, whole)
     if face.mode in _FLUSHED or not face.visible_get():
         face.update_from_editmode()
         with staged(face) as (twin, layer):

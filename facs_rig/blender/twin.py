@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import bpy
 
-from facs_rig.blender.hair_follows import hair_of
+from facs_rig.blender.hair_follows import curves_of, hair_of
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import (
     MARK,
@@ -56,6 +56,7 @@ def stand_alone(face: bpy.types.Object) -> None:
         _copy_hair(face, twin)
     elif (hair := hair_of(face)) is not None and hair.data.users > 1:
         hair.data = hair.data.copy()
+    _own_curves(face, mover)
     _exchange(face, ids)
     refresh(face)
 
@@ -120,6 +121,22 @@ def _copy_hair(face: bpy.types.Object, armature: bpy.types.Object) -> None:
             modifier.object = armature
     for collection in hair.users_collection:
         collection.objects.link(twin)
+
+
+def _own_curves(face: bpy.types.Object, mover: bpy.types.Object) -> None:
+    """Strands of a face's hair that grow on it, and not on the one whose sliders moved it."""
+    own, theirs = curves_of(face), curves_of(mover)
+    if own is None:
+        if theirs is None or hair_of(face) is None:
+            return
+        own = theirs.copy()
+        own.parent = face
+        for collection in face.users_collection:
+            collection.objects.link(own)
+    if own.data.users > 1:
+        own.data = own.data.copy()
+    own.data.surface = face
+    face.add_rest_position_attribute = True
 
 
 def _carries_another(armature: bpy.types.Object, face: bpy.types.Object) -> bool:

@@ -119,7 +119,7 @@ def _cut(
     part = None
     if page.part is not None and top is None:
         part = sight.azimuth_at(page.part, edge)
-    elif hangs:
+    if hangs and (part is None or _is_fringe(edge, part)):
         part = _apex(edge)
     curl = 0.0
     if page.texture == "curls":
@@ -128,6 +128,12 @@ def _cut(
     wave = 0.5 * page.wave if hangs and page.texture == "strands" else 0.0
     colour = float(np.clip(page.tone, 0.1, 1.0))
     return Cut(edge, thick, part, hangs, wave, curl, (), colour, top)
+
+
+def _is_fringe(edge: NDArray, part: float) -> bool:
+    """Whether hair hangs over the forehead on both sides of a parting: it hides that."""
+    near = _away(ANGLES - part) < np.radians(20)
+    return bool(edge[near].max() < OPEN)
 
 
 def _rounded(values: NDArray) -> NDArray[np.float64]:

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
-from facs_rig.blender.hair import CUT, remove_hair, wear
+from facs_rig.blender.hair import CUT, DRAWN, LENGTH, VOLUME, fitting, remove_hair, style_of, wear
+from facs_rig.blender.hair_curves import check_curves
 from facs_rig.blender.hair_follows import check_hair
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.mesh import hair_mesh
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
@@ -75,6 +77,8 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
     """
     source = sources.source_of(holder)
     values = properties.fit_values(context, face)
+    if values["hair"] == "curves":
+        check_curves()
     places = memory.places(face) if face else {}
     threads = preferences.of(context).threads
 
@@ -194,19 +198,23 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
     no bones carry any."""
     if not found.hair or armature_of(face) is None:
         return
-    hair, who = found.fit.hair, identity_of(face)
+    rig, hair, style = found.fit.rig, found.fit.hair, style_of(face)
     if hair is not None:
-        wear(face, hair.lying_on(found.fit.rig.neutral(who) + found.fit.offsets), who)
+        if style != hair.style:
+            hair = hair_mesh(rig, identity_of(face), hair.cut, hair.kind, style=style)
+        wear(face, fitting(face, rig, hair), identity_of(face))
+        face.pop(DRAWN, None)
         return
     remove_hair(face)
-    face.pop(CUT, None)
+    for name in (CUT, DRAWN, LENGTH, VOLUME):
+        face.pop(name, None)
 
 
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and the colour that the
-    artist gave the hair stay.
+    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and what the artist made of
+    the hair's colour, length and volume stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
