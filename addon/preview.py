@@ -14,6 +14,7 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
 from facs_rig.mesh import corner_matrix, vertex_normals
@@ -108,10 +109,11 @@ def paint(
     camera: Camera,
     identity: dict[str, float] | None = None,
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
 
-    hair : it wears this
+    hair, hat : it wears these
     """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
@@ -123,13 +125,13 @@ def paint(
         points = np.concatenate([vertices, over])
         ribbons = np.concatenate([hair.triangles, hair.triangles[:, ::-1]])  # from both sides
         triangles = np.concatenate([rig.triangles, ribbons + len(vertices)])
+    first = len(triangles)
+    if hat is not None:
+        triangles = np.concatenate([triangles, hat.triangles + len(points)])
+        points = np.concatenate([points, hat.on(vertices)])
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
-    light = np.full(len(seen.owner), AMBIENT)
-    normals = seen.normals(rig.corners)
-    for direction, strength in LAMPS:
-        toward = np.array(direction) / np.linalg.norm(direction)
-        light += strength * np.clip(normals @ toward, 0, 1)
+    light = _lit(seen.normals(rig.corners))
     # Brows and irises are looked up where the pixel lies on the default face: crisp at any size.
     material = materials_at(rig, seen.at(rig.neutral()), rig.triangle_part[seen.owner])
     palette = colours_of(identity or {})
@@ -142,9 +144,24 @@ def paint(
         normals = seen.normals(corner_matrix(hair.triangles, len(over)), hair.triangles)
         linear = hair_light(hair, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
+    if hat is not None:
+        over = points[-len(hat.points) :]
+        seen = _Seen(over, hat.triangles, fine, buffers.triangle, first)
+        light = _lit(seen.normals(corner_matrix(hat.triangles, len(over))))
+        shade = seen.at(hat.shade[:, None]) * light[:, None]
+        picture[seen.rows, seen.columns] = 255 * srgb(np.clip(shade * hat.colour, 0, 1))
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
     return np.clip(mean, 0, 255).astype(np.uint8)
+
+
+def _lit(normals: NDArray) -> NDArray[np.float64]:
+    """(k,) how light the lamps make places with these normals (k, 3)."""
+    light = np.full(len(normals), AMBIENT)
+    for direction, strength in LAMPS:
+        toward = np.array(direction) / np.linalg.norm(direction)
+        light += strength * np.clip(normals @ toward, 0, 1)
+    return light
 
 
 class _Seen:

@@ -24,7 +24,6 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from ..detector import DESCRIPTION, FORMAT, Detector, Reading
-from ..labels import REGIONS
 from ..runtime import checksum
 from . import shards
 from .augment import Names, artistic_page
@@ -181,7 +180,7 @@ def export(
             "aus": saved["aus"],
             "landmarks": saved["landmarks"],
             "person": saved["person"],
-            **({"regions": list(REGIONS)} if saved.get("regions") else {}),
+            **({"regions": list(saved["regions"])} if saved.get("regions") else {}),
             "temperatures": dict.fromkeys(saved["aus"], 1.0),
             "offsets": dict.fromkeys(saved["aus"], 0.0),
             "thresholds": dict.fromkeys(saved["aus"], 0.5),
