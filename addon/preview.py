@@ -42,15 +42,16 @@ def panels(
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
 ) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with its hair (or what is drawn of hair
-    and the like in grey), it in three quarters, its lines over the sketch.
+    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and hat (or what is drawn of
+    hair and the like in grey), it in three quarters, its lines over the sketch.
 
     drawing : (h, w) float, 1 is paper;  fitted, aside : (n, 3) metres, turned as it is drawn and as
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(fitted if hair is None else _with(fitted, hair), camera)
+    camera, box = _close_up(_with(fitted, hair, hat), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -62,19 +63,19 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    if hair is None:
+    if hair is None and hat is None:
         skin = paint(rig, fitted, camera, identity)
         face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
         other = paint(rig, aside, _beside(aside, camera), identity)
     else:
-        face = paint(rig, fitted, camera, identity, hair).astype(float)
-        other = paint(rig, aside, _beside(_with(aside, hair), camera), identity, hair)
+        face = paint(rig, fitted, camera, identity, hair, hat).astype(float)
+        other = paint(rig, aside, _beside(_with(aside, hair, hat), camera), identity, hair, hat)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 
 
-def _with(vertices: NDArray, hair: HairMesh) -> NDArray:
-    """The points of a posed face and of its hair."""
-    return np.concatenate([vertices, hair.on(vertices)])
+def _with(vertices: NDArray, *worn: HairMesh | HatMesh | None) -> NDArray:
+    """The points of a posed face and of what it wears."""
+    return np.concatenate([vertices, *(part.on(vertices) for part in worn if part is not None)])
 
 
 def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -129,9 +129,12 @@ def train(options: argparse.Namespace) -> None:
 
         checkpoint = train_all(data, CONTROL_NAMES, options.out, config, options.start)
     if not options.no_export:
-        from classifiers.training.export import export
+        from classifiers.training.export import export, extended
 
         weights = options.weights or options.out / "weights"
+        if options.only and set(only) <= {"regions", "hats"} and options.start.is_dir():
+            extended(checkpoint, options.start, weights)
+            return
         start = None if options.only else options.start
         export(checkpoint, data, weights, log.info, options.read, start, options.blend)
 

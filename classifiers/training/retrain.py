@@ -10,9 +10,11 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from facs_rig.common.errors import InputError
@@ -29,6 +31,7 @@ from .train import stream
 
 ALONE = ("person", "regions", "hats")  # no units: who is drawn, what lies where, and hats
 LOOKS = (0.5, 0.0, 0.0, 0.0, 0.5)  # of its examples: half of them near, half of them wide
+HATTED = 0.4  # of the examples that hats are learnt from, those with one
 AGAIN = 6  # with a pool, steps on kept batches for each new one: the trunk takes most of the time
 
 
@@ -66,6 +69,8 @@ def retrain(
 
     config, kept = replace(config, size=networks.size, pool=0), config.pool // config.batch
     rows, _ = usable(data, config)
+    if set(only) == {"hats"}:
+        rows = _hats_often(data, rows)
     names = Names.of(saved["aus"], saved["landmarks"])
     targets = encode_all(data, saved["aus"], saved["landmarks"])
     batches = Batches(data, targets, rows, names, config, LOOKS if wide else SHARES)
@@ -100,6 +105,19 @@ def retrain(
     state = {"networks": networks.state_dict(), "retrained": [*earlier, again]}
     save(path, saved | {"regions": regions} | state)
     return path
+
+
+def _hats_often(data: shards.DataSet, rows: NDArray) -> NDArray:
+    """The rows, those with a hat so many times that they are HATTED of all."""
+    worn = np.concatenate(data.each(_hats))[rows]
+    if not worn.any():
+        raise InputError("No drawing tells of a hat: generate them by --engine conventions.")
+    times = max(round(HATTED / (1 - HATTED) * (~worn).sum() / worn.sum()), 1)
+    return np.concatenate([rows, np.repeat(rows[worn], times - 1)])
+
+
+def _hats(records: Sequence[dict[str, Any]]) -> NDArray[np.bool_]:
+    return np.array([bool(record.get("regions", {}).get("hat")) for record in records])
 
 
 def _with_features(

@@ -62,8 +62,8 @@ def draw_by_convention(
     rng: np.random.Generator,
 ) -> tuple[list[Stroke], NDArray[np.float64], dict[str, list[NDArray[np.float64]]]]:
     """All strokes of a posed face by this artist, in pixels of `camera`, where it has the face's
-    landmarks (m, 2), and what lies where: `face`, `hair` (with hats), `beard` and `hat`, each as the
-    outlines (k, 2) of its parts.
+    landmarks (m, 2), and what lies where: `face`, `hair` (with hats), `beard` and `hat`, each
+    as the outlines (k, 2) of its parts.
 
     vertices : (n, 3) metres, `rig.pose(parameters)`;  pen : pixels, width of a full line
     """

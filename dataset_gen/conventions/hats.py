@@ -15,6 +15,7 @@ from .sitter import RAYS, Sitter
 STANDS = {"cap": (0.1, 0.06), "brim": (0.12, 0.3), "beanie": (0.08, 0.3), "scarf": (0.08, 0.06),
           "tall": (0.08, 0.0), "wrap": (0.12, 0.3), "hood": (0.12, 0.25), "helmet": (0.14, 0.2),
           "flat": (0.05, 0.12)}  # fmt: skip
+SOFT = ("beanie", "scarf", "wrap", "hood")  # whose outline is uneven
 ABOVE = (0.38, 0.82)  # units above the eyes where a rim crosses the forehead
 
 
@@ -46,8 +47,7 @@ def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     crown = _crown(canvas, sitter, artist)
     canvas.mark("hair", crown.shape)  # what is worn on hair stands for it
     canvas.mark("hat", crown.shape)
-    {"brim": _brim, "cap": _peak, "beanie": _fold, "scarf": _knot, "tall": _tall, "wrap": _wrapped,
-     "hood": _hood, "helmet": _helmet, "flat": _peak}[artist.hat](canvas, sitter, crown)  # fmt: skip
+    PARTS[artist.hat](canvas, sitter, crown)
     _surface(canvas, sitter, artist, crown)
     canvas.line("hat", np.concatenate([crown.dome, crown.rim[::-1]]), 1.1)
     canvas.cover(crown.shape)
@@ -65,7 +65,9 @@ def _crown(canvas: Canvas, sitter: Sitter, artist: Artist) -> Crown:
     stand, more = STANDS[artist.hat]
     high = more * rng.uniform(0, 1) * np.cos(np.clip(angle, -np.pi / 2, np.pi / 2)) ** 2
     off = stand * rng.uniform(0.5, 2.0) + high
-    dome = centre + (skull + off * sitter.unit)[:, None] * ways
+    if artist.hat in SOFT:
+        off = off + rng.uniform(0, 0.05) * wave(rng, 1, len(off), rng.uniform(1, 3))[0]
+    dome = centre + (skull + np.maximum(off, 0.02) * sitter.unit)[:, None] * ways
     if artist.hat == "tall":
         dome = _risen(dome, sitter, rng)
     # The rim: an arc over the forehead between the dome's lower ends, lower or higher in front.
@@ -258,6 +260,25 @@ def _helmet(canvas: Canvas, sitter: Sitter, crown: Crown) -> None:
         canvas.line("hat", np.stack(seam), 0.8)
 
 
+def _knitted(canvas: Canvas, sitter: Sitter, crown: Crown) -> None:
+    """Short strokes in rows along the crown, denser at one side: wool, or cloth in shade."""
+    rng = canvas.rng
+    lean, size = rng.normal(0, 0.06), rng.uniform(0.06, 0.3)
+    dark, aside = rng.uniform(0.3, 1.0), rng.choice([-1.0, 0.0, 1.0])
+    width, rows = rng.uniform(0.6, 1.4), np.linspace(0.02, 0.95, int(rng.integers(3, 10)))
+    for up in rows:
+        for across in np.linspace(0.02, 0.98, int(rng.integers(12, 45))):
+            if rng.random() > 0.6 + 0.8 * aside * (across - 0.5):
+                continue
+            across = float(np.clip(across + 0.01 * rng.normal(), 0, 1))
+            end = float(np.clip(across + lean, 0, 1))
+            high = min(up + size * rng.uniform(0.5, 1.2), 1.0)
+            ends = np.stack([crown.at(across, up), crown.at(end, high)])
+            bow = 0.02 * rng.normal() * sitter.unit * sitter.right
+            line = smooth(np.stack([ends[0], ends.mean(axis=0) + bow, ends[1]]), 8)
+            canvas.line("hat", line, width, dark, loose=0.3)
+
+
 def _surface(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Crown) -> None:
     """What is seen on a crown: seams, a badge, ribs, hatching, black."""
     rng = canvas.rng
@@ -280,11 +301,13 @@ def _surface(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Crown) -> No
     elif chance < 0.3:
         lean, gap = float(rng.uniform(0, np.pi)), float(rng.uniform(1.8, 5))
         canvas.blacken(crown.shape, lean, gap, "hat", float(rng.uniform(0.3, 0.9)))
-    elif chance < 0.45:
-        for across in np.linspace(0.04, 0.96, int(rng.integers(8, 30))):
+    elif chance < 0.42:
+        for across in np.linspace(0.04, 0.96, int(rng.integers(8, 40))):
             rib = np.stack([crown.at(across, up) for up in (0.0, 0.4, 0.75, rng.uniform(0.8, 1))])
             canvas.line("hat", smooth(rib, 14), 0.7)
-    elif chance < 0.65:  # shaded at its edge, as round things are
+    elif chance < 0.6:
+        _knitted(canvas, sitter, crown)
+    elif chance < 0.72:  # shaded at its edge, as round things are
         away = normals(crown.dome) * sitter.unit * rng.uniform(0.1, 0.25)
         inner = crown.dome + away
         if np.linalg.norm(inner.mean(axis=0) - crown.rim.mean(axis=0)) > np.linalg.norm(
@@ -293,3 +316,8 @@ def _surface(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Crown) -> No
             inner = crown.dome - away
         shade = np.concatenate([crown.dome, inner[::-1]])
         canvas.blacken(shade, float(rng.uniform(0, np.pi)), float(rng.uniform(1.5, 3)), "hat", 0.7)
+
+
+# What of each is drawn besides its crown.
+PARTS = {"brim": _brim, "cap": _peak, "beanie": _fold, "scarf": _knot, "tall": _tall,
+         "wrap": _wrapped, "hood": _hood, "helmet": _helmet, "flat": _peak}  # fmt: skip

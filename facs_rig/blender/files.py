@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import to_blender
 from facs_rig.blender.arrays import write_key, write_places
 from facs_rig.blender.hair_files import hair_object
-from facs_rig.blender.hair_follows import hair_of
+from facs_rig.blender.hair_follows import worn_by
 from facs_rig.blender.keys import BASIS
 from facs_rig.blender.pose import animated_range, armature_of, mover_of
 from facs_rig.blender.shape import staged
@@ -115,9 +115,7 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
             raise InputError(
                 f"'{thing.name}' is hidden, and Blender exports what is shown: show it first"
             )
-    hair = hair_of(face)
-    if hair is not None and hair.visible_get():
-        things.append(hair)
+    things += [thing for thing in worn_by(face) if thing.visible_get()]
     was = scene.frame_start, scene.frame_end, scene.frame_current
     try:
         scene.frame_start, scene.frame_end = span

@@ -12,18 +12,23 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import from_blender, metre, to_blender
 from facs_rig.blender.arrays import corners_of, make_mesh, read_map, write_map
 from facs_rig.blender.hair import MAP, SHADE, colour_of, hair_material
-from facs_rig.blender.hair_follows import hair_of
+from facs_rig.blender.hair_follows import is_hat, worn_by
+from facs_rig.hair import hat as hats
 from facs_rig.hair.mesh import NAME, ROUGHNESS
 from facs_rig.shape import Worn
 
 
 def shown_hair(face: bpy.types.Object) -> tuple[Worn, ...]:
-    """The hair of a face in the world, metres and core axes, with all that the artist did to it.
+    """Hair and hat of a face in the world, metres and core axes, with all that the artist did to
+    them.
 
-    Nothing where there is none, where it alone is hidden, and where no vertex is left of it.
+    Nothing of what is not there, of what alone is hidden, and where no vertex is left of it.
     """
-    hair = hair_of(face)
-    if hair is None or (face.visible_get() and not hair.visible_get()):
+    return tuple(part for thing in worn_by(face) for part in _shown(face, thing))
+
+
+def _shown(face: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
+    if face.visible_get() and not hair.visible_get():
         return ()
     hair.update_from_editmode()
     if hair.mode == "OBJECT" and hair.visible_get():
@@ -44,7 +49,8 @@ def hair_object(worn: Worn, name: str) -> bpy.types.Object:
     mesh.update(calc_edges=True)
     mesh.uv_layers.new(name=MAP)
     write_map(mesh.uv_layers[MAP], np.asarray(worn.uv, np.float32)[corners])
-    mesh.materials.append(hair_material(worn.colour))
+    kind = (worn.colour, "Hat", worn.roughness) if worn.name == hats.NAME else (worn.colour,)
+    mesh.materials.append(hair_material(*kind))
     return bpy.data.objects.new(name, mesh)
 
 
@@ -86,10 +92,9 @@ def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
     if colour is None:
         material = next((slot.material for slot in hair.material_slots if slot.material), None)
         colour = (0.1, 0.1, 0.1) if material is None else tuple(material.diffuse_color[:3])
-    return (
-        Worn(NAME, from_blender(points), _quads(mesh, corners), uv, _shade(mesh), colour,
-             ROUGHNESS),
-    )  # fmt: skip
+    name, rough = (hats.NAME, hats.ROUGHNESS) if is_hat(hair) else (NAME, ROUGHNESS)
+    places = from_blender(points)
+    return (Worn(name, places, _quads(mesh, corners), uv, _shade(mesh), colour, rough),)
 
 
 def _quads(mesh: bpy.types.Mesh, corners: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -20,6 +20,7 @@ from facs_rig.identity import check_identity
 from facs_rig.rig import FaceRig
 
 MARK = "facs_hair"  # property of the hair object: version of its make-up
+HAT_MARK = "facs_hat"  # the same of a hat
 VERSION = 1
 # Where each vertex was when the hair was last put on or edited, and on whom, as text: whatever
 # persons come and go meanwhile, it is bound there, so that nothing adds up.
@@ -40,21 +41,39 @@ def is_hair(candidate: bpy.types.Object) -> bool:
     return candidate.type == "MESH" and MARK in candidate
 
 
+def hat_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The hat that hangs on a face's armature; None if there is none."""
+    armature = armature_of(face)
+    if armature is None:
+        return None
+    return next((child for child in armature.children if is_hat(child)), None)
+
+
+def is_hat(candidate: bpy.types.Object) -> bool:
+    """Whether this object is the hat of a face."""
+    return candidate.type == "MESH" and HAT_MARK in candidate
+
+
+def worn_by(face: bpy.types.Object) -> list[bpy.types.Object]:
+    """Hair and hat of a face, those that there are."""
+    return [thing for thing in (hair_of(face), hat_of(face)) if thing is not None]
+
+
 def check_hair(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face cannot be written."""
-    hair = hair_of(face)
-    if hair is None:
-        return
-    if _is_others(hair):
-        raise InputError(f"'{hair.name}' is linked from another file; make it and its mesh local")
+    """InputError, one sentence, if the hair or the hat of a face cannot be written."""
+    for thing in worn_by(face):
+        if _is_others(thing):
+            raise InputError(
+                f"'{thing.name}' is linked from another file; make it and its mesh local"
+            )
     check_free(face)
 
 
 def check_free(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face is being edited: it could not follow."""
-    hair = hair_of(face)
-    if hair is not None and hair.mode != "OBJECT":
-        raise InputError(f"'{hair.name}' is being edited; go to Object Mode first")
+    """InputError, one sentence, if hair or hat of a face is being edited: it could not follow."""
+    for thing in worn_by(face):
+        if thing.mode != "OBJECT":
+            raise InputError(f"'{thing.name}' is being edited; go to Object Mode first")
 
 
 def follow_person(
@@ -63,17 +82,23 @@ def follow_person(
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> None:
-    """Take the hair of a face from one person to another, as it is: what was edited stays edited.
+    """Take hair and hat of a face from one person to another, as they are: what was edited stays
+    edited.
 
-    Its keys keep their offsets. Hair that is linked from another file stays where it is.
+    Their keys keep their offsets. What is linked from another file stays where it is.
     rig : the full one      before, after : identity parameter -> value
     """
-    hair = hair_of(face)
-    if hair is None or _is_others(hair) or dict(before) == dict(after):
+    if dict(before) == dict(after):
         return
-    if not len(hair.data.vertices):
-        return
-    mesh = hair.data
+    for thing in worn_by(face):
+        if not _is_others(thing) and len(thing.data.vertices):
+            _follow(thing.data, rig, before, after)
+
+
+def _follow(
+    mesh: bpy.types.Mesh, rig: FaceRig, before: Mapping[str, float], after: Mapping[str, float]
+) -> None:
+    """Take the mesh of hair or of a hat from one person to another."""
     blocks = mesh.shape_keys
     now = read_key(blocks.reference_key) if blocks else _places(mesh)
     core = from_blender(now)

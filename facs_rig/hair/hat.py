@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from ..common.errors import InputError
 from ..mesh import is_shape
@@ -19,7 +20,7 @@ from ..shape import Worn
 from .cut import ANGLES, AZIMUTHS, Cut
 from .follow import Bound, bind
 from .head import Head, head_of
-from .shell import CLEAR, LEAST, Shell, edge_heights, layout
+from .shell import CLEAR, LEAST, Shell, edge_heights, layout, shell_on
 
 NAME, ROUGHNESS = "hat", 0.8
 COLUMNS, ROWS = 72, 24  # of the crown's two sheets, around and from its top to the rim
@@ -27,6 +28,8 @@ TOP = 0.04  # share of a row that the crown's top is long, where its columns beg
 BRIM = 5  # rings of a brim, from the rim outwards
 FLAT = 0.003  # metres, how thick a brim is
 LIP = 0.0015  # metres that a brim juts out at least, all around: a hem
+UNDER, HIGHEST = 0.1, 0.93  # height around a rim at which hair goes under it, and of its edge
+FLATTENED, LOOSE = 0.004, 0.25  # metres that hair stands off under a hat, and its curls at most
 LIGHT, DARK = (0.62, 0.58, 0.52), (0.012, 0.012, 0.014)  # linear RGB of undyed felt and of black
 
 
@@ -40,6 +43,8 @@ class Hat:
     brim : (48,) float, metres that its brim juts out, 0 where there is none
     droop : metres that the brim's border lies lower for each metre that it juts out
     colour : 0 light to 1 black
+    cloth : of a hood or a scarf, which falls as hair does, the cut that it is like; the rest is
+        idle
 
     InputError for arrays of another shape and for numbers that are none or out of range.
     """
@@ -49,6 +54,7 @@ class Hat:
     brim: NDArray[np.float64]
     droop: float = 0.0
     colour: float = 0.3
+    cloth: Cut | None = None
 
     def __post_init__(self) -> None:
         crown = Cut(self.edge, self.thick)  # the same of both is checked
@@ -60,6 +66,12 @@ class Hat:
         brim.flags.writeable = False
         for name, values in (("edge", crown.edge), ("thick", crown.thick), ("brim", brim)):
             object.__setattr__(self, name, values)
+
+    @classmethod
+    def hanging(cls, cut: Cut, colour: float) -> Hat:
+        """A hood or a scarf where hair would be."""
+        plain = replace(cut, part=None, wave=0.0, curl=0.0, balls=())
+        return cls(plain.edge, plain.thick, np.zeros(AZIMUTHS), 0.0, colour, plain)
 
 
 @dataclass(frozen=True)
@@ -102,22 +114,25 @@ class HatMesh:
 def hat_mesh(rig: FaceRig, identity: Mapping[str, float] | None, hat: Hat) -> HatMesh:
     """The hat of a person; the same hat makes the same mesh. InputError for what no person is."""
     head = head_of(rig, identity)
-    crown = crown_on(head, hat)
-    rim = crown.points[crown.outer[:, -1]].astype(float)
-    points, quads = _brim(head, hat, rim, crown.azimuth)
-    every = np.concatenate([crown.points, points]).astype(np.float32)
-    columns = len(rim)
-    around = np.linspace(0, 1, columns, endpoint=False)
-    out = np.tile(np.linspace(0, 1, BRIM), 2)
-    uv = np.stack(np.meshgrid(around, out), axis=-1).reshape(-1, 2)
+    crown = crown_on(head, hat) if hat.cloth is None else shell_on(head, hat.cloth)
+    points, quads, uv = [crown.points], [crown.quads], [crown.uv]
+    if hat.cloth is None:
+        rim = crown.points[crown.outer[:, -1]].astype(float)
+        more, faces = _brim(head, hat, rim, crown.azimuth)
+        points.append(more)
+        quads.append(faces + len(crown.points))
+        around = np.linspace(0, 1, len(rim), endpoint=False)
+        out = np.tile(np.linspace(0, 1, BRIM), 2)
+        uv.append(np.stack(np.meshgrid(around, out), axis=-1).reshape(-1, 2))
+    every = np.concatenate(points).astype(np.float32)
     shade = np.ones(len(every))
     shade[crown.inner] = 0.5
     share = hat.colour**0.7
     colour = tuple(float((1 - share) * a + share * b) for a, b in zip(LIGHT, DARK, strict=True))
     return HatMesh(
         every,
-        np.concatenate([crown.quads, quads + len(crown.points)]).astype(np.int32),
-        np.concatenate([crown.uv, uv]).astype(np.float32),
+        np.concatenate(quads).astype(np.int32),
+        np.concatenate(uv).astype(np.float32),
         shade.astype(np.float32),
         (colour[0], colour[1], colour[2]),
         bind(every, rig, identity),
@@ -161,6 +176,32 @@ def thickness(thick: NDArray, azimuth: NDArray, share: NDArray) -> NDArray[np.fl
     lower = thick[left, low] * (1 - a) + thick[right, low] * a
     upper = thick[left, low + 1] * (1 - a) + thick[right, low + 1] * a
     return lower * (1 - b) + upper * b
+
+
+def pressed(cut: Cut, hat: Hat, head: Head) -> Cut:
+    """Hair under a hat: flat as far as the hat goes, no bun there, and seen below the rim alone."""
+    rim = hat.edge
+    # What ends at the rim was not drawn below it.
+    edge = np.where(cut.edge > rim - UNDER, np.maximum(cut.edge, rim + UNDER), cut.edge)
+    edge = np.minimum(edge, HIGHEST)
+    steps = np.linspace(0, 1, ROWS)
+    given = np.linspace(0, 1, cut.thick.shape[1])
+    fine = np.stack([np.interp(steps, given, row) for row in cut.thick])
+    under = shell_on(head, cut, rows=ROWS)
+    places = under.points[under.outer] - head.eyes
+    around = np.arctan2(places[..., 0], places[..., 2] + head.eyes[2] - head.middle[2])
+    above = head.height(places[..., 1]) - np.interp(around, ANGLES, rim, period=2 * np.pi)
+    order = np.argsort(under.azimuth)
+    above = np.stack(
+        [np.interp(ANGLES, under.azimuth[order], of[order], period=2 * np.pi) for of in above.T],
+        axis=1,
+    )
+    share = np.clip(1 + above / UNDER, 0, 1)  # thinner already a little below the rim
+    share = maximum_filter(share, (5, 3), mode=("wrap", "nearest"))
+    thick = np.where(share > 0, np.minimum(fine, FLATTENED + (1 - share) * 0.05), fine)
+    balls = tuple(ball for ball in cut.balls if ball.line[0, 1] < rim.min())
+    curl = min(cut.curl, LOOSE)
+    return replace(cut, edge=edge, thick=thick, part=None, balls=balls, curl=curl)
 
 
 def _brim(

@@ -20,6 +20,7 @@ from facs_rig.hair.cut import ANGLES, AZIMUTHS
 from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
+from .cut_fit import fit_cut
 from .region import ROWS, PageHair
 from .sight import Outline, Sight
 
@@ -35,7 +36,7 @@ STAND = 0.02
 """Metres that a hat stands off the head of which nothing is known."""
 FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
-THIN, HIGH = 0.009, 0.26
+THIN, HIGH = 0.011, 0.26
 """Metres that a crown stands off at least and at most: hair has to lie under it."""
 WAVES = (0.02, 0.4, 3.0)
 """What it costs that a crown is not round, by waves around it."""
@@ -46,14 +47,19 @@ LEAN = (0.16, 0.10)
 is known, and the spread of that."""
 RIM = (-0.3, 0.86)
 """Heights between which a rim is."""
-NARROW = 0.06
+NARROW = 0.08
 """Heads from which on what juts out of a crown is part of the crown: half its width."""
 JUTS = 0.02
 """Metres from which on what juts out is a brim, not an uneven outline."""
 FRONT, SIDES = np.radians(32), np.radians(50)
 """Radians from the front to which a peak hides the rim, and from which on it does not."""
-DROPS = 0.016
-"""Metres that the border lies lower in front than the rim of the sides would, under a peak."""
+DROPS, LINED = 0.018, 0.5
+"""Metres that the border lies lower in front than the rim of the sides would, under a peak; and the
+share of the columns in front in which a line across is drawn there: where a peak begins."""
+BAND, LEVEL = (0.035, 0.24), 0.7
+"""Heads above the border between which that line is looked for, and how level it is: 1 wholly."""
+HANGS = 0.2
+"""Share of a hat below the eyes from which on it is a hood or a scarf."""
 PEAK = (0.062, np.radians(75))
 """Metres that a peak juts out whose border alone is seen, and radians to each side that it goes."""
 AHEAD = 0.25
@@ -65,26 +71,30 @@ STEEPEST = 1.1
 
 
 def fit_hat(
-    page: PageHair, hat: NDArray[np.bool_], tone: float, rig: FaceRig, parameters: FaceParameters,
-    vertices: NDArray, camera: Camera,
-) -> Hat | None:  # fmt: skip
-    """The hat whose surface covers a region of a page, or None where that is no hat on this head.
+    page: PageHair, rig: FaceRig, parameters: FaceParameters, vertices: NDArray, camera: Camera
+) -> Hat | None:
+    """The hat whose surface covers what a hat covers on a page, or None where that sits on no head.
 
-    hat : (h, w) bool, in cells of `page`;  tone : how dark it is drawn, 0 to 1
+    page : with the hat for hair, see `hat_region.page_hat`
     vertices : (n, 3) metres, the posed face of `parameters`;  camera : of the page's pixels
     """
-    crown = _without_brim(hat)
+    tone = float(np.clip(page.tone, 0, 1))
+    head = head_of(rig, parameters.identity)
+    eyes = page.cells(camera.project(vertices[rig.parts["eyes"]])).mean(axis=0)
+    if page.hair[max(int(eyes[1]), 0) :].sum() > HANGS * page.hair.sum():
+        cut = fit_cut(page, rig, parameters, vertices, camera)
+        return None if cut is None else Hat.hanging(cut, tone)
+    crown = _without_brim(page.hair)
     if not crown.any():
         return None
-    head = head_of(rig, parameters.identity)
     sight = Sight.of(replace(page, hair=crown), rig, parameters, vertices, camera, head)
     found, sure = _border(sight)
     if sure.sum() < 2:
         return None
-    edge, drop = _rim(found, sure, head)
+    edge, drop = _rim(found, sure, head, _is_lined(page, sight))
     thick = _crown(sight, sight.outline_of_region(), edge)
-    made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, float(np.clip(tone, 0, 1)))
-    return _with_brim(made, sight, hat, drop)
+    made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
+    return _with_brim(made, sight, page.hair, drop)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -117,20 +127,38 @@ def _away(azimuth: NDArray) -> NDArray[np.float64]:
 
 
 def _rim(
-    found: NDArray, sure: NDArray, head: Head
+    found: NDArray, sure: NDArray, head: Head, lined: bool
 ) -> tuple[NDArray[np.float64], float]:
-    """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's."""
+    """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's.
+
+    lined : whether a line is drawn where a peak would begin
+    """
     away = _away(ANGLES)
     sides = np.where(away > SIDES, sure, 0.0)
     front = np.where(away < FRONT, sure, 0.0)
     drop = 0.0
-    if sides.sum() > 0.5 and front.sum() > 0.5:
+    if lined and sides.sum() > 0.5 and front.sum() > 0.5:
         level = _ring(found, sides)
         lower = head.metres(level) - head.metres(found)
         drop = float(np.average(lower, weights=front))
     if drop < DROPS:
         return _ring(found, sure), 0.0
     return level, drop
+
+
+def _is_lined(page: PageHair, sight: Sight) -> bool:
+    """Whether a line runs across the hat in front, a little above its border."""
+    hat = page.hair
+    column = sight.page.hair.any(axis=0)
+    first, last = np.flatnonzero(column)[[0, -1]]
+    quarter = (last - first) // 4
+    row = np.arange(len(hat))[:, None]
+    border = len(hat) - 1 - hat[::-1].argmax(axis=0)
+    above = (border - row) / ROWS
+    band = hat & (above > BAND[0]) & (above < BAND[1])
+    level = 2 * page.strokes.along[..., 0] ** 2 - 1 > LEVEL
+    drawn = band & level & (page.strokes.coherence > 0.6)
+    return bool(drawn.any(axis=0)[first + quarter : last - quarter + 1].mean() > LINED)
 
 
 def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
@@ -220,7 +248,7 @@ def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -
             droop = (droop + view.droop(out, drop)) / 2
         return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
     if tips:
-        (side, tip), = tips.items()
+        ((side, tip),) = tips.items()
         front = 0.0 if side * view.forward[0] > AHEAD else view.azimuth + side * np.pi / 2
         way = abs(view.forward[0]) if front == 0.0 else 1.0
         end = tip - view.rim(front)

@@ -369,9 +369,7 @@ def spread(odds: NDArray, ink: NDArray) -> NDArray[np.bool_]:
     return x > 0.5
 
 
-def _pieces(
-    found: NDArray, share: NDArray, near: NDArray, least: float
-) -> NDArray[np.bool_]:
+def _pieces(found: NDArray, share: NDArray, near: NDArray, least: float) -> NDArray[np.bool_]:
     """(h, w) the pieces that are large enough (square heads), likely enough, and near enough."""
     label, count = ndimage.label(found)
     if not count:

@@ -10,7 +10,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from facs_rig import load_rig
 from facs_rig.blender.files import not_moving, span_of, write_moving, write_shown_fbx
-from facs_rig.blender.hair import hair_of
+from facs_rig.blender.hair_follows import worn_by
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
@@ -153,10 +153,10 @@ def _write_blend(path: Path, face: bpy.types.Object) -> None:
     """The objects themselves, for File > Append."""
     face.update_from_editmode()
     armature = armature_of(face)
-    hair = hair_of(face)
-    if hair is not None:
-        hair.update_from_editmode()
-    blocks = {thing for thing in (face, armature, hair) if thing is not None}
+    worn = worn_by(face)
+    for thing in worn:
+        thing.update_from_editmode()
+    blocks = {thing for thing in (face, armature, *worn) if thing is not None}
     with Outputs() as outputs:
         bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True, compress=True)
 
