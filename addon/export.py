@@ -83,8 +83,7 @@ def write_mesh(
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
     wears = [part for part in (hair, hat) if part is not None]
-    posed = rig.pose(parameters, offsets) if wears else None
-    worn = tuple(part.worn_on(posed) for part in wears)
+    worn = tuple(part.worn_on(rig.pose(parameters, offsets)) for part in wears)
     if offsets is not None and wears:
         rest = rig.neutral(parameters.identity) + offsets
         hair = hair.lying_on(rest) if hair is not None else None

@@ -207,8 +207,8 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
     kind = options.hair if wears else KINDS[0]
-    lost = worn is not None and hat is None
-    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, lost)
+    without = worn is not None and hat is None
+    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, without)
 
 
 def read_expression(

@@ -56,10 +56,10 @@ def retrain(
     wide = set(only) <= set(ALONE)
     if missing := [name for name in only if not wide and name not in saved["aus"]]:
         raise InputError(f"{start} knows no {', '.join(missing)}: train all units first.")
-    told = {*saved.get("regions", ()), *(REGIONS[:-1] if "regions" in only else ())}
-    if "hats" in only and not told:
+    known = {*saved.get("regions", ()), *(REGIONS[:-1] if "regions" in only else ())}
+    if "hats" in only and not known:
         raise InputError(f"{start} tells no regions, of which hats are one: train them first.")
-    regions = [name for name in REGIONS if name in told or (name == "hat" and "hats" in only)]
+    regions = [name for name in REGIONS if name in known or (name == "hat" and "hats" in only)]
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
     networks = networks.to(memory_format=torch.channels_last).requires_grad_(False)
@@ -124,7 +124,8 @@ def _with_features(
     networks: Networks, made: Iterator[dict[str, np.ndarray]], kept: int, seed: int
 ) -> Iterator[tuple[Tensor, dict[str, Tensor]]]:
     """Batches with what the trunk makes of them; of the last `kept` some are given again."""
-    rng, pool = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    pool: list[tuple[Tensor, dict[str, Tensor]]] = []
     for step, values in enumerate(made):
         batch = {name: torch.as_tensor(value) for name, value in values.items()}
         ink = batch.pop("ink")[:, None].contiguous(memory_format=torch.channels_last)

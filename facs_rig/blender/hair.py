@@ -25,6 +25,7 @@ from facs_rig.blender.pose import identity_of
 from facs_rig.blender.reshape import fitted_offsets
 from facs_rig.common.errors import InputError
 from facs_rig.hair.cut import Cut, from_json, to_json
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import KINDS, ROUGHNESS, HairMesh, hair_mesh
 from facs_rig.rig import FaceRig
 
@@ -158,7 +159,7 @@ def set_colour(hair: bpy.types.Object, colour: tuple[float, float, float]) -> No
             return
 
 
-def worn_mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
+def worn_mesh(name: str, made: HairMesh | HatMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
     """The mesh of hair on a person; nothing is left of it after an error."""
     corners = np.ascontiguousarray(made.quads, dtype=np.int32).reshape(-1)
     starts = np.arange(0, len(corners), 4, dtype=np.int32)

@@ -119,7 +119,7 @@ def hat_mesh(rig: FaceRig, identity: Mapping[str, float] | None, hat: Hat) -> Ha
     if hat.cloth is None:
         rim = crown.points[crown.outer[:, -1]].astype(float)
         more, faces = _brim(head, hat, rim, crown.azimuth)
-        points.append(more)
+        points.append(more.astype(np.float32))
         quads.append(faces + len(crown.points))
         around = np.linspace(0, 1, len(rim), endpoint=False)
         out = np.tile(np.linspace(0, 1, BRIM), 2)

@@ -150,7 +150,7 @@ def main() -> None:
         f" (lowest {worst:.2f}), {1e3 * np.median(table[:, 2]):.0f} ms"
     )
     print(
-        f"skin seen through hair: {table[:, 3].sum():.0f} pixels, on {(table[:, 3] > 0).sum()} heads;"
+        f"scalp seen through hair: {table[:, 3].sum():.0f} pixels, {(table[:, 3] > 0).sum()} heads;"
         f" hair over an eye or the mouth where none is drawn: {(table[:, 4] > 0.02).sum()} heads,"
         f" at most {100 * table[:, 4].max():.0f}% of it"
     )
