@@ -20,7 +20,7 @@ from facs_rig.hair.cut import ANGLES, AZIMUTHS
 from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
-from .cut_fit import fit_cut
+from .cut_fit import EYES, LIDS, fit_cut
 from .region import ROWS, PageHair
 from .sight import Outline, Sight
 
@@ -32,8 +32,9 @@ ROUNDS = 4
 """How often the crown is held against the region."""
 HEIGHTS = np.linspace(0.97, -0.6, 53)
 """At which a hat is looked for on the head."""
-STAND = 0.02
-"""Metres that a hat stands off the head of which nothing is known."""
+STAND, NEAR = 0.02, 0.006
+"""Metres that a hat stands off the head of which nothing is known, and so near to the skin that it
+is within the hat, where its border is looked for."""
 FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
 THIN, HIGH = 0.011, 0.26
@@ -51,8 +52,11 @@ NARROW = 0.08
 """Heads from which on what juts out of a crown is part of the crown: half its width."""
 JUTS = 0.02
 """Metres from which on what juts out is a brim, not an uneven outline."""
-FRONT, SIDES = np.radians(32), np.radians(50)
-"""Radians from the front to which a peak hides the rim, and from which on it does not."""
+FRONT, BESIDE, SIDES = np.radians(25), np.radians([32, 50]), np.radians(50)
+"""Radians from the front to which a peak hangs lowest, between which it hangs less, and from which
+on it does not hide the rim."""
+RISES = 0.006
+"""Metres that the border is higher there than in front, under a peak."""
 DROPS, LINED = 0.018, 0.5
 """Metres that the border lies lower in front than the rim of the sides would, under a peak; and the
 share of the columns in front in which a line across is drawn there: where a peak begins."""
@@ -92,6 +96,7 @@ def fit_hat(
     if sure.sum() < 2:
         return None
     edge, drop = _rim(found, sure, head, _is_lined(page, sight))
+    edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
     thick = _crown(sight, sight.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
     return _with_brim(made, sight, page.hair, drop)
@@ -112,7 +117,7 @@ def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _border(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(48,) height at which the hat ends, and how well that is seen, 0 to 1."""
-    covered, weight = sight.covered(HEIGHTS, False, np.full(AZIMUTHS, STAND), FACING)
+    covered, weight = sight.covered(HEIGHTS, False, np.full(AZIMUTHS, NEAR), FACING)
     seen = weight * (2 * covered - 1)
     above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
     best = above.argmax(axis=1)
@@ -141,6 +146,9 @@ def _rim(
         level = _ring(found, sides)
         lower = head.metres(level) - head.metres(found)
         drop = float(np.average(lower, weights=front))
+        beside = np.where((away > BESIDE[0]) & (away < BESIDE[1]), sure, 1e-6)
+        low, high = (np.average(head.metres(found), weights=w) for w in (front, beside))
+        drop = drop if high - low > RISES else 0.0
     if drop < DROPS:
         return _ring(found, sure), 0.0
     return level, drop

@@ -18,6 +18,8 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from .region import (
+    DISC,
+    INKED,
     ROWS,
     At,
     PageHair,
@@ -38,7 +40,8 @@ ROOM = (0.55, 0.95, 0.55, 0.3)
 """Heads to the left, above, to the right and below the posed head that are looked at."""
 WORN, LEAST = 0.25, 0.05
 """Mean probability of a hat, over what is hair or hat above the eyes, from which on one is
-worn (2 in 100 held-out drawings without one reach it, 9 in 10 of those with one), and its square heads at least."""
+worn (2 in 100 held-out drawings without one reach it, and 9 in 10 of those with one), and its square
+heads at least."""
 GIVEN, PAPER, SKIN, SCALP = 1.5, -2.5, -1.5, 0.5
 """Log-odds of a place where a hat is worn, of paper outside, of the face below the eyes, and of the
 head above them beside the face."""
@@ -78,7 +81,7 @@ def page_hat(
     cues = odds + GIVEN + np.where(outside(ink, either, zones.head), PAPER, 0.0)
     cues = cues + np.where(zones.face & (row > zones.eyes), SKIN, 0.0)
     cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
-    found = ndimage.binary_opening(spread(cues, ink), iterations=1)
+    found = ndimage.binary_opening(spread(cues, ink) & ~_above_all(ink), iterations=1)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(NEAR * ROWS), 1))
     label, count = ndimage.label(found)
     touches = np.bincount(label[near & found], minlength=count + 1)
@@ -92,6 +95,13 @@ def page_hat(
         box, found, np.zeros(found.shape, dtype=bool), zones.head, contour(found, box),
         tone_of(ink, found), texture_of(ink, found, strokes, ROWS), strokes, None,
     )  # fmt: skip
+
+
+def _above_all(ink: NDArray) -> NDArray[np.bool_]:
+    """(h, w) paper between a page's upper edge and what is drawn below it, where no disc fits."""
+    drawn = ink > INKED
+    first = np.where(drawn.any(axis=0), drawn.argmax(axis=0), len(ink))
+    return (np.arange(len(ink))[:, None] < first) & (first < 2 * DISC * ROWS + 2)
 
 
 def without_hat(page: PageHair, hat: PageHair, drawing: NDArray[np.floating]) -> PageHair:
