@@ -40,8 +40,8 @@ ROOM = (0.55, 0.95, 0.55, 0.3)
 """Heads to the left, above, to the right and below the posed head that are looked at."""
 WORN, LEAST = 0.25, 0.05
 """Mean probability of a hat, over what is hair or hat above the eyes, from which on one is
-worn (2 in 100 held-out drawings without one reach it, and 9 in 10 of those with one), and its square
-heads at least."""
+worn (2 in 100 held-out drawings without one reach it, and 9 in 10 of those with one), and its
+square heads at least."""
 GIVEN, PAPER, SKIN, SCALP = 1.5, -2.5, -1.5, 0.5
 """Log-odds of a place where a hat is worn, of paper outside, of the face below the eyes, and of the
 head above them beside the face."""

@@ -72,7 +72,7 @@ def test_hair_that_leaves_the_page_goes_on(side):
     v, u = np.nonzero(page() < 128)
     brow = spot("brow_peak_left")
     if side == "above":
-        part = page()[int((v.min() + brow[1]) / 2) :]
+        part = page()[int(0.7 * v.min() + 0.3 * brow[1]) :]
     else:
         part = page()[:, int((u.min() + spot("temple_right")[0]) / 2) :]
     face = fit(part, OPTIONS)
@@ -121,7 +121,7 @@ def test_a_page_that_is_nearly_all_hair_is_a_face_or_one_sentence():
 def conventional(hat: str, cut: str) -> FaceFit:
     """A face that an artist drew with this hat and this hair."""
     rig, parameters = load_rig(), FaceParameters(head=(0.15, 0.0, 0.0))
-    artist = Artist(hat=hat, cut=cut, room=1.6)
+    artist = Artist(hat=hat, cut=cut, room=1.6, finish="strands")
     vertices = rig.pose(parameters)
     camera = zoomed(Camera.framing(rig.extent(parameters), 400, 400), artist.room)
     lines, *_ = draw_by_convention(
