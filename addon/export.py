@@ -64,7 +64,8 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
-    hair, hat : what the face wears, each an object of its own; a .ply is the face alone
+    hair, hat : what the face wears, each an object of its own; a .ply is the face alone, and only
+        a .blend holds curves
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -72,8 +73,8 @@ def write_mesh(
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
     outputs : the job that this is a part of: the face appears together with its other files
-    Raises InputError for another ending, or where Blender's module is needed and missing, and
-    OutputError where the file cannot be written.
+    Raises InputError for another ending, for hair that the file cannot hold, or where Blender's
+    module is needed and missing, and OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in ENDINGS:
@@ -82,6 +83,8 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
+    if hair is not None:
+        check_hair(path, hair.kind)
     wears = [part for part in (hair, hat) if part is not None]
     worn = tuple(part.worn_on(rig.pose(parameters, offsets)) for part in wears)
     if offsets is not None and wears:
@@ -106,6 +109,14 @@ def write_mesh(
         WRITERS[suffix](job.beside(path), shape, _called(path))
         if keys:
             _write_keys(job.beside(_fit_for_keys(key_folder(path))), shape, progress)
+
+
+def check_hair(path: Path, kind: str) -> None:
+    """InputError, one sentence, for hair that a file cannot hold. kind : see facs_rig.hair.mesh"""
+    if kind == "curves" and path.suffix.lower() not in (".blend", ".ply"):
+        raise InputError(
+            f"'{path.name}' cannot hold hair curves: write a .blend, or choose locks for the hair"
+        )
 
 
 def _called(path: Path) -> str:

@@ -271,6 +271,9 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, fitted face, it in three quarters, its lines on the sketch."""
     from addon.preview import panels, three_quarters
 
+    hair = face.hair
+    if hair is not None and hair.strands is not None:  # locks lie where strands lie
+        hair = hair_mesh(face.rig, face.parameters.identity, hair.cut, "locks")
     aside = replace(face.parameters, head=three_quarters(face.parameters.head))
     return panels(
         face.drawing.image,
@@ -280,7 +283,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.posed(aside),
         face.camera,
         face.compared.unmatched,
-        face.hair,
+        hair,
         face.hat_mesh,
     )
 

@@ -9,10 +9,10 @@ import bpy
 
 from facs_rig.blender.armature import armature_of
 from facs_rig.blender.hair import (
-    bind_to_head,
     discard_worn,
     exchange_mesh,
     hair_material,
+    hang,
     worn_mesh,
 )
 from facs_rig.blender.hair_follows import HAT_MARK, VERSION, check_hair, hat_of
@@ -48,7 +48,7 @@ def put_on(
         hat.parent = armature
     else:
         exchange_mesh(hat, mesh, made.colour)
-    bind_to_head(hat, armature)
+    hang(hat, armature)
     hat[HAT_MARK], hat[MADE_IN] = VERSION, list(made.colour)
     if not hat.users_collection:
         for home in (collection,) if collection is not None else face.users_collection:

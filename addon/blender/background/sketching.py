@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
-from facs_rig.blender.hair import CUT, remove_hair, wear
+from facs_rig.blender.hair import CUT, DRAWN, LENGTH, VOLUME, fitting, remove_hair, style_of, wear
+from facs_rig.blender.hair_curves import check_curves
 from facs_rig.blender.hair_follows import check_hair
 from facs_rig.blender.hat import put_on as put_on_hat
 from facs_rig.blender.hat import take_off
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.mesh import hair_mesh
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
@@ -77,6 +79,8 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
     """
     source = sources.source_of(holder)
     values = properties.fit_values(context, face)
+    if values["hair"] == "curves":
+        check_curves()
     places = memory.places(face) if face else {}
     threads = preferences.of(context).threads
 
@@ -198,24 +202,29 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
     for, and where no bones carry any."""
     if not found.hair or armature_of(face) is None:
         return
-    fit, who = found.fit, identity_of(face)
-    rest = fit.rig.neutral(who) + fit.offsets
-    if fit.hat_mesh is not None:
-        put_on_hat(face, fit.hat_mesh.lying_on(rest), who)
+    rig, hair, style = found.fit.rig, found.fit.hair, style_of(face)
+    if found.fit.hat_mesh is not None:
+        who = identity_of(face)
+        hat = found.fit.hat_mesh.lying_on(rig.neutral(who) + found.fit.offsets)
+        put_on_hat(face, hat, who)
     else:
         take_off(face)
-    if fit.hair is not None:
-        wear(face, fit.hair.lying_on(rest), who)
+    if hair is not None:
+        if style != hair.style:
+            hair = hair_mesh(rig, identity_of(face), hair.cut, hair.kind, style=style)
+        wear(face, fitting(face, rig, hair), identity_of(face))
+        face.pop(DRAWN, None)
         return
     remove_hair(face)
-    face.pop(CUT, None)
+    for name in (CUT, DRAWN, LENGTH, VOLUME):
+        face.pop(name, None)
 
 
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and the colour that the
-    artist gave the hair stay.
+    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and what the artist made of
+    the hair's colour, length and volume stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from facs_rig.blender.armature import layer_of
-from facs_rig.blender.hair_follows import is_hair, is_hat, worn_by
+from facs_rig.blender.hair_follows import is_worn, worn_by
 from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
 from facs_rig.common.errors import InputError
 
@@ -39,8 +39,8 @@ def active_face(context) -> bpy.types.Object | None:
     active = active_object(context)
     if active is None:
         return None
-    worn = (is_hair(active) or is_hat(active)) and active.parent is not None
-    beside = active.parent.children if worn else ()
+    above = active.parent if is_worn(active) else None
+    beside = (above, *above.children) if above is not None else ()
     for candidate in (active, *active.children, *beside):
         if is_face(candidate):
             return candidate
