@@ -220,6 +220,8 @@ def fit(options: argparse.Namespace) -> int:
             say(PAINTED, 0)
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
+        if fitted.hat_left_out:
+            say(pipeline.HAT_LEFT_OUT, 0)
     return 0
 
 

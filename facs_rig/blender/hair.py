@@ -31,6 +31,7 @@ from facs_rig.blender.pose import has_identity_keys, identity_of
 from facs_rig.blender.reshape import fitted_offsets
 from facs_rig.common.errors import InputError
 from facs_rig.hair.cut import Cut, from_json, to_json
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import KINDS, ROUGHNESS, HairMesh, hair_mesh
 from facs_rig.hair.style import AS_DRAWN, LEAST, MOST, Style
 from facs_rig.rig import FaceRig
@@ -47,6 +48,7 @@ DRAWN = "facs_hair_drawn"  # of the face: the cut that was drawn, while it wears
 MADE_IN = "facs_hair_colour"  # property of the hair object: its colour as it was made
 SHADE = "shade"  # attribute of the vertices: what the colour is multiplied by
 COLOUR_NODE = "Hair"  # label of the node with the colour
+COLOUR_NODES = (COLOUR_NODE, "Hat")
 MAP = "UVMap"  # v runs along the strands
 
 
@@ -154,13 +156,13 @@ def wear(
     if made.strands is not None:
         check_curves()
     name, kept = f"{face.name} Hair", to_json(made.cut)
-    mesh = _mesh(name, made, identity)
+    mesh = worn_mesh(name, made, identity)
     if hair is None:
         hair = bpy.data.objects.new(name, mesh)
         mesh.materials.append(hair_material(made.colour))
         hair.parent = armature
     else:
-        _exchange(hair, mesh, made.colour)
+        exchange_mesh(hair, mesh, made.colour)
     hang(hair, armature)
     hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
     hair[KIND], hair[CUT], face[CUT] = made.kind, kept, kept
@@ -185,7 +187,7 @@ def locks_of(face: bpy.types.Object, rig: FaceRig) -> bpy.types.Mesh:
     assert hair is not None
     assert cut is not None
     made = fitting(face, rig, hair_mesh(rig, who, cut, "locks", style=style_of(face)))
-    mesh = _mesh(f"{hair.data.name} Locks", made, who)
+    mesh = worn_mesh(f"{hair.data.name} Locks", made, who)
     for material in hair.data.materials:
         mesh.materials.append(material)
     return mesh
@@ -201,8 +203,13 @@ def remove_hair(face: bpy.types.Object) -> None:
     hair = hair_of(face)
     if hair is None:
         return
-    mesh, materials = hair.data, [m for m in hair.data.materials if m is not None]
-    bpy.data.objects.remove(hair)
+    discard_worn(hair)
+
+
+def discard_worn(thing: bpy.types.Object) -> None:
+    """Remove what a face wears, with the mesh and the materials that it alone uses."""
+    mesh, materials = thing.data, [m for m in thing.data.materials if m is not None]
+    bpy.data.objects.remove(thing)
     if not mesh.users:
         bpy.data.meshes.remove(mesh)
     for material in set(materials):
@@ -225,7 +232,7 @@ def set_colour(hair: bpy.types.Object, colour: tuple[float, float, float]) -> No
             return
 
 
-def _mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
+def worn_mesh(name: str, made: HairMesh | HatMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
     """The mesh of hair on a person; nothing is left of it after an error."""
     corners = np.ascontiguousarray(made.quads, dtype=np.int32).reshape(-1)
     starts = np.arange(0, len(corners), 4, dtype=np.int32)
@@ -243,7 +250,7 @@ def _mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types
     return mesh
 
 
-def _exchange(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
+def exchange_mesh(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
     """Give hair another mesh with the materials of its old one."""
     old, painted, first = hair.data, colour_of(hair), hair.get(MADE_IN)
     for material in old.materials:
@@ -271,17 +278,22 @@ def hang(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
 # --- material ---
 
 
-def hair_material(colour: tuple[float, float, float]) -> bpy.types.Material:
-    """A new material: colour = one node, to be changed, times the shade of the vertices."""
-    material = bpy.data.materials.new(COLOUR_NODE)
-    material.roughness = ROUGHNESS
+def hair_material(
+    colour: tuple[float, float, float], name: str = COLOUR_NODE, roughness: float = ROUGHNESS
+) -> bpy.types.Material:
+    """A new material: colour = one node, to be changed, times the shade of the vertices.
+
+    name : of COLOUR_NODES
+    """
+    material = bpy.data.materials.new(name)
+    material.roughness = roughness
     if material.node_tree is None:  # Blender 5 makes the nodes itself
         material.use_nodes = True
     tree = material.node_tree
     shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
-    shader.inputs["Roughness"].default_value = ROUGHNESS
+    shader.inputs["Roughness"].default_value = roughness
     plain = tree.nodes.new("ShaderNodeRGB")
-    plain.label, plain.location = COLOUR_NODE, (-600, 300)
+    plain.label, plain.location = name, (-600, 300)
     shade = tree.nodes.new("ShaderNodeAttribute")
     shade.attribute_name, shade.location = SHADE, (-600, 80)
     shaded = tree.nodes.new("ShaderNodeVectorMath")
@@ -310,4 +322,4 @@ def _node_in(material: bpy.types.Material | None) -> bpy.types.Node | None:
     if material is None or material.node_tree is None:
         return None
     nodes = material.node_tree.nodes
-    return next((n for n in nodes if n.type == "RGB" and n.label == COLOUR_NODE), None)
+    return next((n for n in nodes if n.type == "RGB" and n.label in COLOUR_NODES), None)

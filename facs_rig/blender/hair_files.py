@@ -12,10 +12,18 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import armature_of, from_blender, metre, to_blender
 from facs_rig.blender.arrays import corners_of, make_mesh, read_map, write_map
 from facs_rig.blender.hair import MAP, SHADE, colour_of, hair_material, hang, locks_of
-from facs_rig.blender.hair_follows import curves_of, hair_of, parts_of
+from facs_rig.blender.hair_follows import curves_of, hair_of, hat_of, is_hat, parts_of
+from facs_rig.hair import hat as hats
 from facs_rig.hair.mesh import NAME, ROUGHNESS
 from facs_rig.rig import FaceRig, load_rig
 from facs_rig.shape import Worn
+
+
+def shown_worn(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
+    """Hair and hat of a face, see `shown_hair`."""
+    hat = hat_of(face)
+    seen = hat is not None and (hat.visible_get() or not face.visible_get())
+    return shown_hair(face, rig) + (_as_shown(hat) if seen else ())
 
 
 def shown_hair(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
@@ -33,6 +41,11 @@ def shown_hair(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
         locks = locks_of(face, rig)
         with _staged(hair, locks) as (twin, layer):
             return _worn(twin.evaluated_get(layer.depsgraph), hair)
+    return _as_shown(hair)
+
+
+def _as_shown(hair: bpy.types.Object) -> tuple[Worn, ...]:
+    """A mesh that a face wears, whether it is shown, hidden or edited."""
     hair.update_from_editmode()
     if hair.mode == "OBJECT" and hair.visible_get():
         bpy.context.view_layer.update()
@@ -52,7 +65,8 @@ def hair_object(worn: Worn, name: str) -> bpy.types.Object:
     mesh.update(calc_edges=True)
     mesh.uv_layers.new(name=MAP)
     write_map(mesh.uv_layers[MAP], np.asarray(worn.uv, np.float32)[corners])
-    mesh.materials.append(hair_material(worn.colour))
+    kind = (worn.colour, "Hat", worn.roughness) if worn.name == hats.NAME else (worn.colour,)
+    mesh.materials.append(hair_material(*kind))
     return bpy.data.objects.new(name, mesh)
 
 
@@ -119,10 +133,9 @@ def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
     if colour is None:
         material = next((slot.material for slot in hair.material_slots if slot.material), None)
         colour = (0.1, 0.1, 0.1) if material is None else tuple(material.diffuse_color[:3])
-    return (
-        Worn(NAME, from_blender(points), _quads(mesh, corners), uv, _shade(mesh), colour,
-             ROUGHNESS),
-    )  # fmt: skip
+    name, rough = (hats.NAME, hats.ROUGHNESS) if is_hat(hair) else (NAME, ROUGHNESS)
+    places = from_blender(points)
+    return (Worn(name, places, _quads(mesh, corners), uv, _shade(mesh), colour, rough),)
 
 
 def _quads(mesh: bpy.types.Mesh, corners: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -20,6 +20,7 @@ from facs_rig.identity import check_identity
 from facs_rig.rig import FaceRig
 
 MARK = "facs_hair"  # property of the hair object: version of its make-up
+HAT_MARK = "facs_hat"  # the same of a hat
 CURVES_MARK = "facs_hair_curves"  # property of the object with its strands, if it has any
 VERSION = 1
 # Where each vertex was when the hair was last put on or edited, and on whom, as text: whatever
@@ -56,9 +57,32 @@ def parts_of(face: bpy.types.Object) -> list[bpy.types.Object]:
     return [part for part in (hair_of(face), curves_of(face)) if part is not None]
 
 
+def hat_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The hat that hangs on a face's armature; None if there is none."""
+    armature = armature_of(face)
+    if armature is None:
+        return None
+    return next((child for child in armature.children if is_hat(child)), None)
+
+
+def is_hat(candidate: bpy.types.Object) -> bool:
+    """Whether this object is the hat of a face."""
+    return candidate.type == "MESH" and HAT_MARK in candidate
+
+
+def is_worn(candidate: bpy.types.Object) -> bool:
+    """Whether this object is hair or the hat of a face."""
+    return is_hair(candidate) or is_curves(candidate) or is_hat(candidate)
+
+
+def worn_by(face: bpy.types.Object) -> list[bpy.types.Object]:
+    """The objects that hair and hat of a face are."""
+    return [*parts_of(face), *(hat for hat in (hat_of(face),) if hat is not None)]
+
+
 def check_hair(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face cannot be written."""
-    for part in parts_of(face):
+    """InputError, one sentence, if the hair or the hat of a face cannot be written."""
+    for part in worn_by(face):
         if _is_others(part):
             raise InputError(
                 f"'{part.name}' is linked from another file; make it and its mesh local"
@@ -67,8 +91,8 @@ def check_hair(face: bpy.types.Object) -> None:
 
 
 def check_free(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face is being edited: it could not follow."""
-    for part in parts_of(face):
+    """InputError, one sentence, if hair or hat of a face is being edited: it could not follow."""
+    for part in worn_by(face):
         if part.mode != "OBJECT":
             raise InputError(f"'{part.name}' is being edited; go to Object Mode first")
 
@@ -80,13 +104,14 @@ def follow_person(
     after: Mapping[str, float],
     identity_in_keys: bool = False,
 ) -> None:
-    """Take the hair of a face from one person to another, as it is: what was edited stays edited.
+    """Take hair and hat of a face from one person to another, as they are: what was edited stays
+    edited.
 
-    Its keys keep their offsets. Hair that is linked from another file stays where it is.
+    Their keys keep their offsets. What is linked from another file stays where it is.
     rig : the full one      before, after : identity parameter -> value
     identity_in_keys : whether shape keys make the face the other person, and not its basis
     """
-    for part in parts_of(face):
+    for part in worn_by(face):
         if dict(before) == dict(after) or _is_others(part):
             continue
         # Keys that move the skin take strands along that are attached to it.

@@ -22,7 +22,7 @@ from .style import AS_DRAWN, Style, styled
 # A surface with locks on it, that surface alone, and strands over a thinner one.
 KINDS, NAME = ("locks", "surface", "curves"), "hair"
 DETAIL = 0.5  # of locks; see `locks.hair`
-OUTER, INNER = 0.65, 0.15  # how light the two sheets of the shell are: what lies under locks
+OUTER, INNER = 0.65, 0.35  # how light the two sheets of the shell are: what lies under locks
 # Share of its thickness that the shell has under strands, and metres from the parting from which on
 # it has that: there strands have hardly left the skin.
 UNDER, UNDER_FROM = 0.5, 0.05

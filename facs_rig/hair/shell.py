@@ -83,7 +83,7 @@ def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> 
     share = np.linspace(0, 1, rows)
     ways, drop, along = _paths(head, cut, azimuth, share)
     outer, inner = _sheets(head, cut, azimuth, share, ways, drop, along)
-    outer_at, inner_at, quads, uv = _layout(columns, rows, cut.top is not None)
+    outer_at, inner_at, quads, uv = layout(columns, rows, cut.top is not None)
     points = np.empty((len(uv), 3))
     for sheet, at in ((outer, outer_at), (inner, inner_at)):
         if cut.top is None:
@@ -301,7 +301,7 @@ def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArr
 
 
 @lru_cache(maxsize=8)
-def _layout(columns: int, rows: int, open_: bool) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def layout(columns: int, rows: int, open_: bool) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Points of both sheets (c, r), quads (q, 4) and uv (n, 2), the same for every cut.
 
     The first row is the parting, whose points column k and column -k share, or where it is open it

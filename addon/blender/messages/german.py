@@ -1135,6 +1135,9 @@ SENTENCES = {
     "reading the sketch": "lese die Skizze",
     "reading the sketch of {name}": "lese die Skizze von {name}",
     "measuring {name}": "vermesse {name}",
+    "A hat was seen of which none could be made": (
+        "Ein Hut war zu sehen, aus dem keiner gemacht werden konnte"
+    ),
     "It is rather a painting or a photograph: a line drawing is read better": (
         "Die Skizze ist eher ein Gemälde oder ein Foto: Strichzeichnungen werden besser gelesen"
     ),
