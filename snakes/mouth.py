@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from facs_rig import LANDMARKS, Camera, FaceRig
 
-from .lines import Lines
+from .lines import HEAD, Lines
 from .pull import Held
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ ROOM = 0.35
 """Of the height between the lips' borders: so far outside of them it may lie."""
 HIGH = 0.3
 """Of that height, what must be filled; less is the line between the lips."""
+HELD = 0.4
+"""Of the error of the distance between the rims, what lines may move each of them."""
 PARTED = 0.15
 """Of that height, how far apart the rims must have been found: dark lips are filled, too."""
 
@@ -112,4 +114,4 @@ def held_rims(
     here = camera.project(posed[index]).reshape(2, -1, 2)
     short = (places[rims[1]] - places[rims[0]] - (here[1] - here[0])) @ down
     moves = np.concatenate([-short / 2, short / 2])
-    return Held(index, np.tile(down, (len(index), 1)), moves)
+    return Held(index, np.tile(down, (len(index), 1)), moves, HELD * observed.gap * HEAD)

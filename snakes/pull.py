@@ -42,8 +42,6 @@ SIZE, ERROR = 0.004, 0.003
 """Metres: how large a movement of the skin is, and how far off what a line says."""
 PIN_ERROR = 0.0002
 """Metres that a pinned landmark may be off."""
-HELD_ERROR = 0.001
-"""Metres that a rim of the mouth may be off."""
 OPEN = {"jaw_open": 5.0}
 """Distance over the skin is that of a face with its mouth open: lips do not pull each other."""
 
@@ -53,15 +51,17 @@ class Held:
     """Vertices of which something is known beside lines.
 
     index : (k,) vertices      ways : (k, 2) unit, in pixels      moves : (k,) pixels along them
+    error : metres that these may be off
     """
 
     index: NDArray[np.intp]
     ways: NDArray[np.float64]
     moves: NDArray[np.float64]
+    error: float
 
     @classmethod
     def nothing(cls) -> Held:
-        return cls(np.zeros(0, np.intp), np.zeros((0, 2)), np.zeros(0))
+        return cls(np.zeros(0, np.intp), np.zeros((0, 2)), np.zeros(0), 1.0)
 
 
 def line_moves(
@@ -167,7 +167,7 @@ def pull_skin(
         (ways * (1, -1)) @ turning[:2],  # pixels run down, metres up; the head is upright
         np.concatenate([moves[asked], *off.T, held.moves]) * wide / camera.scale[0],
         np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR),
-                        np.full(len(held.index), HELD_ERROR)]),
+                        np.full(len(held.index), held.error)]),
         spread,
         tweakables.soft_select_distance / 100,
         SIZE,
