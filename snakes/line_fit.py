@@ -25,7 +25,7 @@ from .creases import drawn_wrinkles
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
-from .mouth import with_rims
+from .mouth import held_rims, with_rims
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -109,7 +109,8 @@ def fit_lines(
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
         offsets = pull_skin(faces, model, rig, parameters, camera, most, settings,
-                            observed.pins, observed.hair)  # fmt: skip
+                            observed.pins, observed.hair,
+                            held_rims(rig, posed, camera, observed))  # fmt: skip
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)
