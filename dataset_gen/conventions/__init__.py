@@ -27,7 +27,7 @@ from .head import (
     draw_neck,
     neck_shape,
 )
-from .mouth import draw_mouth
+from .mouth import Mouth, draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
 from .sitter import face_outline, sit
@@ -91,4 +91,5 @@ def draw_by_convention(
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))
-    return canvas.strokes(), sitter.landmarks, canvas.regions
+    landmarks = Mouth(sitter, artist.bares).landmarks(sitter.landmarks)
+    return canvas.strokes(), landmarks, canvas.regions

@@ -159,7 +159,7 @@ def crown_on(head: Head, hat: Hat, columns: int = COLUMNS, rows: int = ROWS) -> 
     )  # fmt: skip
     skin = head.rays(head.covered, ways)
     stand = skin + np.maximum(thickness(hat.thick, around, np.minimum(out, 1)), CLEAR + LEAST)
-    outer_at, inner_at, quads, uv = layout(columns, rows)
+    outer_at, inner_at, quads, uv = layout(columns, rows, False)
     points = np.empty((len(uv), 3), dtype=np.float32)
     for far, at in ((stand, outer_at), (skin + CLEAR, inner_at)):
         points[at] = head.middle + far[..., None] * ways

@@ -22,10 +22,10 @@ from .style import AS_DRAWN, Style, styled
 # A surface with locks on it, that surface alone, and strands over a thinner one.
 KINDS, NAME = ("locks", "surface", "curves"), "hair"
 DETAIL = 0.5  # of locks; see `locks.hair`
-OUTER, INNER = 0.65, 0.15  # how light the two sheets of the shell are: what lies under locks
-# Share of its thickness that the shell has under strands, and of the way to the edge from which on
-# it has that: at the parting strands have hardly left the skin.
-UNDER, UNDER_FROM = 0.5, 0.35
+OUTER, INNER = 0.65, 0.35  # how light the two sheets of the shell are: what lies under locks
+# Share of its thickness that the shell has under strands, and metres from the parting from which on
+# it has that: there strands have hardly left the skin.
+UNDER, UNDER_FROM = 0.5, 0.05
 LOOSE = 0.20  # how much lighter or darker than the hair a lock may be
 HAIRS = 300.0  # single hairs around the head, in pictures
 APART = 11.0  # hairs from one lock to the next
@@ -133,8 +133,9 @@ def _under_strands(shell: Shell) -> Shell:
     """A thinner shell, which keeps the skin from showing between strands."""
     points = shell.points.copy()
     inner, outer = points[shell.inner], points[shell.outer]
-    way = np.linspace(0, 1, inner.shape[1], dtype=np.float32)[:, None]
-    points[shell.outer] = inner + UNDER * np.minimum(way / UNDER_FROM, 1) * (outer - inner)
+    steps = np.linalg.norm(np.diff(outer, axis=1, prepend=outer[:, :1]), axis=-1, keepdims=True)
+    way = np.minimum(np.cumsum(steps, axis=1) / UNDER_FROM, 1)
+    points[shell.outer] = inner + UNDER * way * (outer - inner)
     for ring in shell.tails:
         middle = points[ring].mean(axis=1, keepdims=True)
         points[ring] = middle + UNDER * (points[ring] - middle)

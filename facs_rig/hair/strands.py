@@ -1,7 +1,8 @@
 """Strands: thin curves that grow from the scalp and lie in a head of hair, to be groomed.
 
 Each begins on the skin, rises into the hair's thickness and follows the columns of the shell down
-to its edge, so that all of them together look like the cut. Neighbours go together in clumps.
+to its edge, or above a bare forehead up from it, so that all of them together look like the cut.
+Neighbours go together in clumps.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..rig import FaceRig
 from ..subdivide import triangulate
 from .cut import Cut
 from .head import EAR_MOVES, WIDEST, head_of
-from .locks import BEYOND, LENGTH, PITCH, _at, _bent, _unit
+from .locks import BEYOND, LENGTH, PITCH, _at, _bent, _grows, _unit
 from .presets import HAIRLINE
 from .shell import Shell, edge_heights
 
@@ -33,8 +34,10 @@ RISEN = 0.6  # share of its length in which a strand has left it at the latest
 LAYERS = (0.35, 1.0)  # share of the thickness at which strands lie: what roots low lies low
 CLUMP = 10  # strands that go together
 DRAWN = 0.7  # share of the way to the middle of its clump that a tip is drawn
+APART_WAYS = 1.0  # metres, more than a head: strands do not go with those that run the other way
 APART = 4  # columns beyond which a strand does not go with its clump
 OFF = 0.0012  # metres that the topmost strands rise over the shell
+BACK = 0.03  # metres from the parting that a strand has at least which runs up to it
 FINE = (3, 4)  # places looked up between two columns, two rows
 
 
@@ -151,15 +154,20 @@ def _on_the_head(
     column = np.rint(place[:, 0]).astype(np.intp) % columns
     falls = (cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST))[column]
     past = rng.uniform(-0.5, 1, n) * np.where(falls, BEYOND[1], BEYOND[0])
-    whole = way[column, -1, 0] + past - _at(way, place)[:, 0]
+    gone = _at(way, place)[:, 0]
+    back = (rng.uniform(0, 1, n) < _grows(cut, shell.azimuth)[column]) & (gone > BACK)
+    whole = np.where(back, gone, way[column, -1, 0] + past - gone)
     short = np.minimum(length * rng.uniform(0.6, 1.2, n), whole)
     length_of = np.maximum(np.where(falls, whole, short), 0.004)
 
     # Clumps: strands go with the nearest of the first few.
     guides = max(n // CLUMP, 1)
-    clump = cKDTree(roots[:guides]).query(roots)[1]
+    # Those that run up to the parting have guides that do.
+    ways = np.column_stack([roots, np.where(back, APART_WAYS, 0)])
+    clump = cKDTree(ways[:guides]).query(ways)[1]
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, guides)[clump]
-    path = _walked(place, length_of / (points - 1), lean, metres, wide, points)
+    step = np.where(back, -1, 1) * length_of / (points - 1)
+    path = _walked(place, step, lean, metres, wide, points)
     t = np.linspace(0, 1, points)
     over = path[clump, :, 0] - path[..., 0]
     over = (over + columns / 2) % columns - columns / 2
@@ -171,7 +179,8 @@ def _on_the_head(
     thick = np.linalg.norm(high - low, axis=-1).max(axis=1)
     rise = np.minimum(RISES[0] + RISES[1] * thick, RISEN * length_of)
     risen = (1 - (1 - np.clip(length_of[:, None] * t / rise[:, None], 0, 1)) ** 2)[..., None]
-    under = np.clip(place[:, 1] / (rows - 1), 0, 1) * rng.uniform(0.3, 1.6, n)
+    under = np.clip(place[:, 1] / (rows - 1), 0, 1)
+    under = np.where(back, 1 - under, under) * rng.uniform(0.3, 1.6, n)
     layer = (LAYERS[1] - (LAYERS[1] - LAYERS[0]) * under)[:, None, None]
     up = _unit(_at(_unit(np.cross(along, across)), path))
     off = OFF * rng.uniform(0, 1, n)[:, None, None]
@@ -193,7 +202,8 @@ def _on_the_head(
 def _walked(
     place: NDArray, step: NDArray, lean: NDArray, metres: NDArray, wide: NDArray, points: int
 ) -> NDArray[np.float64]:
-    """(n, points, 2) columns and rows down a shell from places (n, 2), by metres (n,) a step.
+    """(n, points, 2) columns and rows down a shell from places (n, 2), by metres (n,) a step, up it
+    where these are negative.
 
     lean : (n,) radians to the side      metres, wide : (c, r, 1) of a row, of a column
     """

@@ -25,7 +25,7 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from ..lines import HEAD
-from .texture import Strokes, parting, strokes_in, texture_of, tone_of
+from .texture import Strokes, parting, strokes_in, texture_of, tone_of, waves_in
 
 __all__ = [
     "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds", "outside",
@@ -62,6 +62,11 @@ LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55
 least a tenth of it reaches."""
 LEAST_BEARD, BEARDED = 0.004, 1.6
 """The same square heads of a beard, and the log-odds by which the network takes too few for one."""
+SHADED, DARKER, SHORN = 0.16, 1.3, 1.2
+"""Mean ink from which on a scalp is not bare, if it is so many times darker than the face, and the
+log-odds by which a network takes its ink too rarely for hair that is cut to the skin."""
+FALLEN = 0.03
+"""Square heads of hair below the mouth from which on it is one that falls."""
 APART = 0.04
 """Heads between a head and a piece of hair that is still its own."""
 
@@ -78,6 +83,7 @@ class PageHair:
     texture : how it is drawn: "black", "outline", "strands", "curls" or "stubble"; "" for none
     strokes : where its strokes run
     part : (2,) pixels where a parting meets the forehead, or None
+    wave : how wavy its strokes are, 0 to 1
     """
 
     box: Box
@@ -89,6 +95,7 @@ class PageHair:
     texture: str
     strokes: Strokes
     part: NDArray[np.float64] | None
+    wave: float = 0.0
 
     @property
     def cell(self) -> float:
@@ -134,11 +141,13 @@ def page_hair(
     region = _hair_in(ink, hair, beard, zones, unlike)
     whiskers = _beard_in(ink, beard, zones) & ~region
     strokes = strokes_in(ink, region, ROWS)
-    place = parting(strokes, region, zones.face, ROWS)
+    low = max(int((zones.nose + zones.chin) / 2), 0)
+    falls = bool(region[low:].sum() > FALLEN * ROWS**2)
+    place = parting(strokes, region, zones.face, ROWS, falls)
     part = None if place is None else box.to_pixels((place + 0.5) / size)
     return PageHair(
         box, region, whiskers, zones.head, contour(region, box), tone_of(ink, region),
-        texture_of(ink, region, strokes, ROWS), strokes, part,
+        texture_of(ink, region, strokes, ROWS), strokes, part, waves_in(strokes, region, ROWS),
     )  # fmt: skip
 
 
@@ -265,15 +274,25 @@ def _hair_in(
     if share.max() < 0.5 or not zones.head.any():
         return np.zeros(ink.shape, dtype=bool)
     row = np.arange(len(ink))[:, None]
+    scalp = zones.head & ~zones.face & (row < zones.eyes)
     paper = outside(ink, share, zones.head)
     cues = odds + unlike + TONED * _tones(ink, share)
     cues = cues + np.where(paper, OUTSIDE, 0.0)
     cues = cues + np.where(~paper & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
-    cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
-    found = spread(cues, ink) & (odds > beard - 1 - BEARDED) & (unlike > -6)
-    found = ndimage.binary_opening(found, iterations=1)
+    cues = cues + np.where(scalp, SCALP, 0.0)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(APART * ROWS), 1))
-    return _pieces(found, share, near, LEAST)
+    allowed = (odds > beard - 1 - BEARDED) & (unlike > -6)
+
+    def found_by(cues: NDArray, share: NDArray) -> NDArray[np.bool_]:
+        found = ndimage.binary_opening(spread(cues, ink) & allowed, iterations=1)
+        return _pieces(found, share, near, LEAST)
+
+    found = found_by(cues, share)
+    face = ink[zones.face].mean() if zones.face.any() else 0.0
+    if not found.any() and scalp.any() and ink[scalp].mean() > max(SHADED, DARKER * face):
+        shorn = SHORN * scalp * np.clip(ndimage.gaussian_filter(ink, 0.022 * ROWS) / SHADED, 0, 1)
+        found = found_by(cues + shorn, chance(odds + unlike + shorn))
+    return found
 
 
 def _beard_in(ink: NDArray, odds: NDArray, zones: Zones) -> NDArray[np.bool_]:

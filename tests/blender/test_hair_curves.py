@@ -127,7 +127,7 @@ def test_at_rest_they_are_where_they_were_grown(empty_blender, rig, cut):
 
 @pytest.mark.parametrize("way", ["NEAREST", "DEFORM"])
 def test_blender_s_own_tools_find_their_roots(empty_blender, rig, cut, way):
-    """Snapping them to the surface, anew or by the places that are kept, changes next to nothing."""
+    """Snapping them to the surface, anew or by the places that are kept, moves next to none."""
     face = build_face("Somebody", rig, FaceParameters(identity=WHO))
     add_hair(face, rig, cut, "curves")
     curves = curves_of(face)

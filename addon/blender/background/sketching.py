@@ -29,7 +29,6 @@ from .tasks import BackgroundTask, Progress, Steps, Tick, in_background, within
 if TYPE_CHECKING:
     from addon.pipeline import FaceFit
 
-UNREAD = ("wrinkles",)  # of a person, what no drawing is asked for
 ASKED = 0.005  # seconds that Blender waits for a thread at a time
 WARM, READ = 0.1, 0.7  # shares of the whole at which these steps end
 
@@ -223,8 +222,8 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and what the artist made of
-    the hair's colour, length and volume stay.
+    Locked actions, pins, gaze, neck, place, keyframes and what the artist made of the hair's colour,
+    length and volume stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
@@ -242,9 +241,7 @@ def put_on(face, found: Found) -> Steps:
     if found.hair:
         check_hair(face)
     fit, before = found.fit, pose_of(face)
-    kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
-    who = {**fit.parameters.identity, **kept}
-    reshape = reshape_steps(face, load_rig(), who, fit.offsets, fit.keys)
+    reshape = reshape_steps(face, load_rig(), fit.parameters.identity, fit.offsets, fit.keys)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     put_hair(face, found)
