@@ -42,6 +42,8 @@ WORN, LEAST = 0.25, 0.05
 """Mean probability of a hat, over what is hair or hat above the eyes, from which on one is
 worn (2 in 100 held-out drawings without one reach it, and 9 in 10 of those with one), and its
 square heads at least."""
+SURELY = 0.04
+"""Square heads above the eyes that are rather a hat's than not, so that a bare skull is none."""
 GIVEN, PAPER, SKIN, SCALP = 1.5, -2.5, -1.5, 0.5
 """Log-odds of a place where a hat is worn, of paper outside, of the face below the eyes, and of the
 head above them beside the face."""
@@ -70,8 +72,10 @@ def page_hat(
     share = chance(odds)
     either = np.maximum(share, chance(hair))
     eyes = camera.project(vertices[rig.parts["eyes"]]).mean(axis=0)
-    weight = either * (row < box.to_units(eyes)[1] * size[1])
-    if (share * weight).sum() < WORN * weight.sum():
+    above = row < box.to_units(eyes)[1] * size[1]
+    weight = either * above
+    likely = (share * above)[share > 0.5].sum() >= SURELY * ROWS**2
+    if not likely or (share * weight).sum() < WORN * weight.sum():
         return None
     zones = Zones.of(rig, vertices, camera, box, size)
     if not zones.head.any():
