@@ -54,6 +54,8 @@ def longer(cut: Cut, factor: float) -> Cut:
     side = np.clip((_from_the_front() - OPEN[0]) / (OPEN[1] - OPEN[0]), 0, 1)
     length = hangs if cut.balls else (1 - side) * hangs + side * (1 - cut.edge)
     length = length * np.clip(1 - (cut.edge - line) / BALD, 0, 1)
+    if cut.top is not None:
+        length = np.where(cut.top > cut.edge, length, 0)
     edge = cut.edge - (factor - 1) * length
     if factor < 1:
         edge = np.minimum(edge, np.maximum(cut.edge, line))
