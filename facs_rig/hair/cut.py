@@ -47,8 +47,8 @@ class Cut:
     in the same unit. The arrays run over ANGLES.
 
     edge : (48,) float, height at which the hair ends
-    top : (48,) float, height above which the head is bald, as one is with a rim of hair; where it is
-        not above the edge there is no hair. None for hair that covers the crown.
+    top : (48,) float, height above which the head is bald, as one is with a rim of hair; where it
+        is not above the edge there is no hair. None for hair that covers the crown
     thick : (48, r) float, metres that the surface stands off the skin, from the parting (first of
         r equal steps along the hair) to the edge; where hair falls, off the upright below the
         head's widest place, so that less than none brings it nearer to the neck

@@ -166,7 +166,7 @@ def _paths(
 
 
 def _tips(azimuth: NDArray, edge: NDArray) -> NDArray[np.float64]:
-    """(c,) -1..1 by how much falling hair is longer, in locks, where its edge (c,) in metres is level."""
+    """(c,) -1..1, how much longer falling hair is, in locks, where its edge (c,), m, is level."""
     rise = np.roll(edge, -1) - np.roll(edge, 1)
     run = (np.roll(azimuth, -1) - np.roll(azimuth, 1)) % (2 * np.pi)
     level = 1 / (1 + (rise / run / STEEP) ** 2)
@@ -208,7 +208,8 @@ def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
 
 def _rim(head: Head, cut: Cut, azimuth: NDArray, ends: NDArray) -> NDArray[np.float64]:
     """(c, 3) unit ways from the head's middle to a bald crown's edge above the columns' ends."""
-    top = head.metres(np.interp(azimuth, ANGLES, cut.top, period=2 * np.pi))
+    heights = cut.edge if cut.top is None else cut.top
+    top = head.metres(np.interp(azimuth, ANGLES, heights, period=2 * np.pi))
     widest = head.middle[1] - head.eyes[1]
     elevation = np.arctan2(top - widest, head.levels(head.axis, azimuth, top))
     return _ways(azimuth, np.maximum(elevation, _angles(ends)[1]))
@@ -256,8 +257,8 @@ def _sheets(
     inside = np.where(hangs, outside - gap, inside)
     outside = np.maximum(outside + relief, inside + LEAST)
     if cut.top is not None:
-        short, deep = GONE
-        sunk = deep * (1 - np.clip(along[:, -1:] / short, 0, 1))
+        short, depth = GONE
+        sunk = depth * (1 - np.clip(along[:, -1:] / short, 0, 1))
         inside, outside = inside - sunk, outside - sunk
     fallen = np.stack([0 * drop, -drop, 0 * drop], axis=-1)
     origin = head.middle + fallen
@@ -318,7 +319,8 @@ def layout(columns: int, rows: int, open_: bool) -> tuple[NDArray, NDArray, NDAr
     back = (out + count)[..., ::-1]
     rims = [np.stack([sheet[:, -1], sheet[:, -1] + count, ahead[:, -1] + count, ahead[:, -1]], -1)]
     if open_:
-        rims.append(np.stack([sheet[:, 0], ahead[:, 0], ahead[:, 0] + count, sheet[:, 0] + count], -1))
+        top, next_ = sheet[:, 0], ahead[:, 0]
+        rims.append(np.stack([top, next_, next_ + count, top + count], -1))
     quads = np.concatenate([out.reshape(-1, 4), back.reshape(-1, 4), *rims]).astype(np.int32)
     uv = np.empty((2 * count, 2))
     u = 2 * np.minimum(k, columns - k) / columns

@@ -219,7 +219,7 @@ def _edges(
 
 
 def _rim(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """(48,) heights of both edges of a rim of hair around a bald crown, None where there is none."""
+    """(48,) heights of both edges of a rim of hair around a bald crown, None if there is none."""
     stand = np.full(AZIMUTHS, 0.5 * PLAIN)
     covered, weight = sight.covered(HEIGHTS, False, stand, FACING)
     low, high = SIDE

@@ -44,7 +44,8 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     """
     beyond = sight.beyond(shell_on(sight.head, cut)) > OFF
     if cut.hangs:  # what is longer than a cut can be is no bun
-        beyond &= np.arange(len(beyond))[:, None] < sight.cells(sight.head.eyes)[1] + LOW * sight.unit
+        low = sight.cells(sight.head.eyes)[1] + LOW * sight.unit
+        beyond &= np.arange(len(beyond))[:, None] < low
     label, count = ndimage.label(ndimage.binary_opening(beyond, iterations=2))
     size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
     largest = np.argsort(-size)[:MOST] + 1

@@ -25,15 +25,16 @@ EMPTY = 0.07
 AIMLESS = 0.56
 """Mean coherence below which strokes run every way."""
 BENT, STROKE, SHARPEST = 8.0, 0.014, 60.0
-"""Mean curvature, one over heads, from which on strokes that run every way are curls and no hatching
-in several directions, heads around a place in which a stroke has its own, and the most that counts."""
+"""Mean curvature, one over heads, from which on strokes that run every way are curls and no
+hatching in several directions, heads around a place in which a stroke has its own direction, and
+the most that counts."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
 SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
-"""Heads within which waves go to and fro, and the radians by which strokes do so, root mean square,
-in the most uneven straight hair and in waves."""
+"""Heads within which waves go to and fro, and the radians by which strokes do so, root mean
+square, in the most uneven straight hair and in waves."""
 REACH = {"lies": 0.14, "falls": 0.30}
-"""Heads to either side of a parting that say whether it is one, of hair that lies and that falls."""
+"""Heads to either side of a parting that say whether it is one, of lying and of falling hair."""
 PARTED, LOPSIDED = {"lies": 0.42, "falls": 0.2}, 0.2
 """How much strokes beside a parting lean away from it at least, 1 for half a right angle and 0 for
 upright, and the least share of them on each side."""
@@ -108,14 +109,15 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
             return "stubble"
     weight = strokes.coherence * (ndimage.gaussian_filter(ink.astype(float), 1.5) > 0.04)
     drawn = inside & (weight > 0)
-    if drawn.any() and strokes.coherence[drawn].mean() < AIMLESS and _bend(ink, inside, rows) > BENT:
+    aimless = drawn.any() and strokes.coherence[drawn].mean() < AIMLESS
+    if aimless and _bend(ink, inside, rows) > BENT:
         return "curls"
     return "outline" if ink[inside].mean() < EMPTY else "strands"
 
 
 def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
-    """How sharply strokes bend in a part (h, w) bool, one over heads: how fast their direction turns
-    along them, the mean by how much ink says it."""
+    """How sharply strokes bend in a part (h, w) bool, one over heads: how fast their direction
+    turns along them, the mean by how much ink says it."""
     part = ndimage.find_objects(inside.astype(np.uint8))[0]
     soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
     v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
@@ -168,7 +170,8 @@ def parting(
     sum_ = np.concatenate([[0.0], np.cumsum((lean * above).sum(axis=0))])
     much = np.concatenate([[0.0], np.cumsum((strokes.coherence * above).sum(axis=0))])
     k, last = np.arange(columns[0], columns[-1] + 1), region.shape[1]
-    low, high = np.maximum(k - int(REACH[kind] * rows), 0), np.minimum(k + int(REACH[kind] * rows), last)
+    reach = int(REACH[kind] * rows)
+    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, last)
     right, left = sum_[high] - sum_[k], sum_[k] - sum_[low]
     both = np.minimum(much[high] - much[k], much[k] - much[low])
     surplus = (right - left) / np.maximum(much[high] - much[low], 1e-9)

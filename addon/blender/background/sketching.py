@@ -222,8 +222,8 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, place, keyframes and what the artist made of the hair's colour,
-    length and volume stay.
+    Locked actions, pins, gaze, neck, place, keyframes and what the artist made of the hair (colour,
+    length, volume) stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)

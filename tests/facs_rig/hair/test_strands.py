@@ -54,6 +54,9 @@ def test_strands_lie_where_locks_lie(rig, name):
     bare = preset(name).balls and preset(name).balls[0].plait  # a braid has no strands
     for axis in (0, 2):
         for of in (np.min, np.max):
+            # Around a bald crown the surface goes on in front, under the skin.
+            if axis == 2 and of is np.max and preset(name).top is not None:
+                continue
             if axis == 0 or not bare:
                 assert abs(of(made[:, axis]) - of(locks[:, axis])) < 0.02
     assert abs(made[:, 1].max() - locks[:, 1].max()) < 0.012
