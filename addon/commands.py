@@ -161,6 +161,7 @@ def _setting_argument(group: argparse._ActionsContainer, item: Field[Any]) -> No
 
 
 def fit(options: argparse.Namespace) -> int:
+    from addon.export import check_hair
     from facs_rig.common.box import Box
     from facs_rig.common.files import Outputs, check_output
     from facs_rig.levels import check_level
@@ -171,6 +172,7 @@ def fit(options: argparse.Namespace) -> int:
     distinct([sketch, face, options.report, options.preview])
     check_output(face, FACES)
     need_bpy(face)
+    check_hair(face, options.hair)
     if options.report:
         check_output(options.report, (".json",))
     if options.preview:
@@ -218,6 +220,8 @@ def fit(options: argparse.Namespace) -> int:
             say(PAINTED, 0)
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
+        if fitted.hat_left_out:
+            say(pipeline.HAT_LEFT_OUT, 0)
     return 0
 
 
@@ -273,6 +277,15 @@ def generate_arguments(parser: argparse.ArgumentParser) -> None:
         "smile, laugh, weep, rage, sleep or rest, as people draw them; sparse: the actions of "
         "people by adults who do and crease alike; smooth: these without creases; varied: two in "
         "three of these with faint creases or none; thesis: every action at a random 0 to 5",
+    )
+    parser.add_argument(
+        "--hair",
+        metavar="SHARE",
+        type=float,
+        default=0.75,
+        help="share of the faces that wear a head of hair, 0 to 1 (default 0.75), in the "
+        "schemes people and felt, but by conventions, which have their own; 0: three in ten have "
+        "one of four simple cuts, as in older data sets",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, help="how many processes of this computer (default 1)"
@@ -332,6 +345,7 @@ def generate(options: argparse.Namespace) -> int:
             strokes=options.strokes,
             meshes=options.meshes,
             dask=options.dask,
+            hair=options.hair,
             progress=bar,
         )
     took = time.perf_counter() - started

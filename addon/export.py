@@ -31,6 +31,7 @@ from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters,
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
 from facs_rig.paint import linear_light, srgb
@@ -51,6 +52,7 @@ def write_mesh(
     offsets: NDArray | None = None,
     fitted: Sequence[FittedKey] = (),
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
     *,
     names: str = "ours",
     keys: bool = False,
@@ -62,7 +64,8 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
-    hair : what the face wears, an object of its own; a .ply is the face alone
+    hair, hat : what the face wears, each an object of its own; a .ply is the face alone, and only
+        a .blend holds curves
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -70,8 +73,8 @@ def write_mesh(
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
     outputs : the job that this is a part of: the face appears together with its other files
-    Raises InputError for another ending, or where Blender's module is needed and missing, and
-    OutputError where the file cannot be written.
+    Raises InputError for another ending, for hair that the file cannot hold, or where Blender's
+    module is needed and missing, and OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in ENDINGS:
@@ -80,9 +83,14 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
-    worn = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
-    if hair is not None and offsets is not None:
-        hair = hair.lying_on(rig.neutral(parameters.identity) + offsets)
+    if hair is not None:
+        check_hair(path, hair.kind)
+    wears = [part for part in (hair, hat) if part is not None]
+    worn = tuple(part.worn_on(rig.pose(parameters, offsets)) for part in wears)
+    if offsets is not None and wears:
+        rest = rig.neutral(parameters.identity) + offsets
+        hair = hair.lying_on(rest) if hair is not None else None
+        hat = hat.lying_on(rest) if hat is not None else None
     rig = at_level(rig, detail)
     offsets = None if offsets is None else kept_by(rig, offsets)
     fitted = keys_kept_by(rig, fitted)
@@ -91,7 +99,7 @@ def write_mesh(
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
             _write_blend(
-                job.beside(path), rig, parameters, offsets, fitted, hair, _called(path), names
+                job.beside(path), rig, parameters, offsets, fitted, hair, hat, _called(path), names
             )
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
@@ -101,6 +109,14 @@ def write_mesh(
         WRITERS[suffix](job.beside(path), shape, _called(path))
         if keys:
             _write_keys(job.beside(_fit_for_keys(key_folder(path))), shape, progress)
+
+
+def check_hair(path: Path, kind: str) -> None:
+    """InputError, one sentence, for hair that a file cannot hold. kind : see facs_rig.hair.mesh"""
+    if kind == "curves" and path.suffix.lower() not in (".blend", ".ply"):
+        raise InputError(
+            f"'{path.name}' cannot hold hair curves: write a .blend, or choose locks for the hair"
+        )
 
 
 def _called(path: Path) -> str:
@@ -328,14 +344,19 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(path: Path, rig, parameters, offsets, fitted, hair, name: str, names: str) -> None:
+def _write_blend(
+    path: Path, rig, parameters, offsets, fitted, hair, hat, name: str, names: str
+) -> None:
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
     from facs_rig.blender.hair import wear
+    from facs_rig.blender.hat import put_on
 
     face = build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
     if hair is not None:
         wear(face, hair, parameters.identity)
+    if hat is not None:
+        put_on(face, hat, parameters.identity)
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)

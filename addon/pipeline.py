@@ -36,6 +36,7 @@ from facs_rig.common.polylines import line_length
 from facs_rig.exaggeration import exaggerated
 from facs_rig.fitted_keys import FittedKey, offsets_at
 from facs_rig.hair.cut import Cut
+from facs_rig.hair.hat import Hat, HatMesh, hat_mesh
 from facs_rig.hair.mesh import KINDS, HairMesh, hair_mesh
 from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
@@ -47,6 +48,7 @@ __all__ = [
 
 Progress = Callable[[int, int], None]
 Shaped = Callable[[FaceParameters, NDArray[np.float32], tuple[FittedKey, ...]], None]
+HAT_LEFT_OUT = "There is a hat in the sketch of which none could be made: it is left out."
 STAGES = ("read", "detect", "align", "fit", "hair", "carve")
 
 
@@ -58,6 +60,7 @@ class FaceFit:
     fitted : what the method found, what was carved into it, exaggerated
     cut : the hair, for a person of `parameters`; None for a bald one, and where it is ignored
     hair_kind : of facs_rig.hair.mesh.KINDS
+    hat : likewise; hat_left_out : whether there is one of which none could be made
     compared : the face held against the sketch, before strokes were carved into it or it was
     exaggerated
     """
@@ -70,6 +73,8 @@ class FaceFit:
     cut: Cut | None
     hair_kind: str
     stages_s: dict[str, float]
+    hat: Hat | None = None
+    hat_left_out: bool = False
 
     @property
     def parameters(self) -> FaceParameters:
@@ -105,6 +110,11 @@ class FaceFit:
         if self.cut is None:
             return None
         return hair_mesh(self.rig, self.parameters.identity, self.cut, self.hair_kind)
+
+    @cached_property
+    def hat_mesh(self) -> HatMesh | None:
+        """The hat as a mesh, if there is any."""
+        return None if self.hat is None else hat_mesh(self.rig, self.parameters.identity, self.hat)
 
     @property
     def drawn(self) -> Lines:
@@ -178,13 +188,15 @@ def fit(
     clock.lap("fit")
 
     wears = options.hair != "ignore" and options.method != "thesis"
-    page, cut = hair_of(drawing, detection, rig, as_drawn) if wears else (None, None)
+    page, cut, worn, hat = (
+        hair_of(drawing, detection, rig, as_drawn) if wears else (None, None, None, None)
+    )
     clock.lap("hair")
 
     compared = Comparison(
         drawing.image, rig, as_drawn, FaceParameters(head=expression.head), place,
         detection.mask.hides if detection.mask else None, options.tweakables.max_delta,
-        partial(beside_hair, page) if page and cut else None,
+        partial(beside_hair, page, hat=worn) if page and (cut or hat) else None,
     )  # fmt: skip
     if carves:
         lost = compared.unmatched
@@ -195,7 +207,8 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
     kind = options.hair if wears else KINDS[0]
-    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps)
+    without = worn is not None and hat is None
+    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, without)
 
 
 def read_expression(
@@ -230,6 +243,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "hair": _hair_to_json(face.cut),
+        "hat": _hat_to_json(face),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
             {"polyline": line.tolist(), "length_px": line_length(line)} for line in face.unmatched
@@ -245,10 +259,21 @@ def _hair_to_json(cut: Cut | None) -> dict[str, Any] | None:
     return {"falls": cut.hangs, "curl": round(cut.curl, 3), "colour": round(cut.colour, 3)}
 
 
+def _hat_to_json(face: FaceFit) -> dict[str, Any] | None:
+    """What kind of hat it is, or that there is one that the face does not wear."""
+    if face.hat is None:
+        return {"left_out": HAT_LEFT_OUT} if face.hat_left_out else None
+    brim = float(face.hat.brim.max())
+    return {"left_out": None, "brim_m": round(brim, 4), "colour": round(face.hat.colour, 3)}
+
+
 def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, fitted face, it in three quarters, its lines on the sketch."""
     from addon.preview import panels, three_quarters
 
+    hair = face.hair
+    if hair is not None and hair.strands is not None:  # locks lie where strands lie
+        hair = hair_mesh(face.rig, face.parameters.identity, hair.cut, "locks")
     aside = replace(face.parameters, head=three_quarters(face.parameters.head))
     return panels(
         face.drawing.image,
@@ -258,7 +283,8 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.posed(aside),
         face.camera,
         face.compared.unmatched,
-        face.hair,
+        hair,
+        face.hat_mesh,
     )
 
 
@@ -271,7 +297,7 @@ def write_face(
     """
     write_mesh(
         Path(path), face.rig, face.parameters, face.offsets, face.keys, face.hair,
-        detail=detail, outputs=outputs,
+        face.hat_mesh, detail=detail, outputs=outputs,
     )  # fmt: skip
 
 

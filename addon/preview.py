@@ -14,6 +14,7 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
 from facs_rig.mesh import corner_matrix, vertex_normals
@@ -41,15 +42,16 @@ def panels(
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
 ) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with its hair (or what is drawn of hair
-    and the like in grey), it in three quarters, its lines over the sketch.
+    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and hat (or what is drawn of
+    hair and the like in grey), it in three quarters, its lines over the sketch.
 
     drawing : (h, w) float, 1 is paper;  fitted, aside : (n, 3) metres, turned as it is drawn and as
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(fitted if hair is None else _with(fitted, hair), camera)
+    camera, box = _close_up(_with(fitted, hair, hat), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -61,19 +63,19 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    if hair is None:
+    if hair is None and hat is None:
         skin = paint(rig, fitted, camera, identity)
         face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
         other = paint(rig, aside, _beside(aside, camera), identity)
     else:
-        face = paint(rig, fitted, camera, identity, hair).astype(float)
-        other = paint(rig, aside, _beside(_with(aside, hair), camera), identity, hair)
+        face = paint(rig, fitted, camera, identity, hair, hat).astype(float)
+        other = paint(rig, aside, _beside(_with(aside, hair, hat), camera), identity, hair, hat)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 
 
-def _with(vertices: NDArray, hair: HairMesh) -> NDArray:
-    """The points of a posed face and of its hair."""
-    return np.concatenate([vertices, hair.on(vertices)])
+def _with(vertices: NDArray, *worn: HairMesh | HatMesh | None) -> NDArray:
+    """The points of a posed face and of what it wears."""
+    return np.concatenate([vertices, *(part.on(vertices) for part in worn if part is not None)])
 
 
 def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -108,10 +110,11 @@ def paint(
     camera: Camera,
     identity: dict[str, float] | None = None,
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
 
-    hair : it wears this
+    hair, hat : it wears these
     """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
@@ -123,13 +126,13 @@ def paint(
         points = np.concatenate([vertices, over])
         ribbons = np.concatenate([hair.triangles, hair.triangles[:, ::-1]])  # from both sides
         triangles = np.concatenate([rig.triangles, ribbons + len(vertices)])
+    first = len(triangles)
+    if hat is not None:
+        triangles = np.concatenate([triangles, hat.triangles + len(points)])
+        points = np.concatenate([points, hat.on(vertices)])
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
-    light = np.full(len(seen.owner), AMBIENT)
-    normals = seen.normals(rig.corners)
-    for direction, strength in LAMPS:
-        toward = np.array(direction) / np.linalg.norm(direction)
-        light += strength * np.clip(normals @ toward, 0, 1)
+    light = _lit(seen.normals(rig.corners))
     # Brows and irises are looked up where the pixel lies on the default face: crisp at any size.
     material = materials_at(rig, seen.at(rig.neutral()), rig.triangle_part[seen.owner])
     palette = colours_of(identity or {})
@@ -142,9 +145,24 @@ def paint(
         normals = seen.normals(corner_matrix(hair.triangles, len(over)), hair.triangles)
         linear = hair_light(hair, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
+    if hat is not None:
+        over = points[-len(hat.points) :]
+        seen = _Seen(over, hat.triangles, fine, buffers.triangle, first)
+        light = _lit(seen.normals(corner_matrix(hat.triangles, len(over))))
+        shade = seen.at(hat.shade[:, None]) * light[:, None]
+        picture[seen.rows, seen.columns] = 255 * srgb(np.clip(shade * hat.colour, 0, 1))
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
     return np.clip(mean, 0, 255).astype(np.uint8)
+
+
+def _lit(normals: NDArray) -> NDArray[np.float64]:
+    """(k,) how light the lamps make places with these normals (k, 3)."""
+    light = np.full(len(normals), AMBIENT)
+    for direction, strength in LAMPS:
+        toward = np.array(direction) / np.linalg.norm(direction)
+        light += strength * np.clip(normals @ toward, 0, 1)
+    return light
 
 
 class _Seen:

@@ -21,6 +21,7 @@ from fit_pictures import (
     shipped_examples,
     steps_of_both_methods,
 )
+from hair_pictures import drawn_hair as drawings_of_hair
 from hair_pictures import heads_of_hair
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
@@ -480,13 +481,20 @@ def sphere() -> None:
 FACE = (contact_sheets, pairs, identities, face_ages, face_variants, features, styles, gaze,
         layers, levels, one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
+
+
 def hair() -> None:
     """The heads of hair that there are, each from four sides."""
     save("hair.png", heads_of_hair(people={"": {"gender": 0.2}}))
 
 
+def drawn_hair() -> None:
+    """Drawings of the data set that wear them."""
+    save("drawn_hair.png", drawings_of_hair())
+
+
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
-                                    sphere, engraved, hair)}  # fmt: skip
+                                    sphere, engraved, hair, drawn_hair)}  # fmt: skip
 
 
 def main() -> None:

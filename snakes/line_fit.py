@@ -21,6 +21,7 @@ from facs_rig.fitted_keys import FittedKey
 from .at_rest import expression_keys
 from .brows import brow_thickness
 from .contours import head_box
+from .creases import drawn_wrinkles
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
@@ -97,9 +98,11 @@ def fit_lines(
     parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
     posed = rig.pose(parameters)
     thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
-    if thick is not None:
-        identity = {**parameters.identity, "brow_thickness": round(thick, 4)}
-        parameters = replace(parameters, identity=identity)
+    deep = drawn_wrinkles(faces, mane, rig, posed, camera, parameters)
+    seen = {} if thick is None else {"brow_thickness": round(thick, 4)}
+    seen |= {"wrinkles": round(deep, 4)} if deep else {}
+    if seen:
+        parameters = replace(parameters, identity={**parameters.identity, **seen})
         posed = rig.pose(parameters)
     clock.lap("shape")
     model = face_contours(rig, posed, camera) if pull else None

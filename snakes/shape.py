@@ -59,13 +59,13 @@ class Observations:
     gap: float | None = None
 
 
-STEPS = (0.05, 0.03, 0.018)
+STEPS = (0.05, 0.025, 0.012)
 """How far, as a share of the head, a line looks for its own in each step."""
 TURN = 1.0
 """A right angle counts as this times the reach."""
 PAIR = 0.006
 """Error of a pair of lines that belong together, as a share of the head."""
-INDEPENDENT = 300.0
+INDEPENDENT = 600.0
 """So many pairs would know as much as all of them do, which are not independent."""
 LEAST_SPREAD = 0.008
 """Of a landmark, as a share of the head."""

@@ -10,7 +10,7 @@ import time
 
 import bpy
 
-from facs_rig.blender.hair import hair_of
+from facs_rig.blender.hair_follows import worn_by
 from facs_rig.blender.pose import check_face, is_face
 from facs_rig.common.errors import InputError
 
@@ -59,8 +59,7 @@ def changed(face: bpy.types.Object) -> bool:
     tried, why = session.refused.get(face.name, ("", ""))
     if tried == mark:
         session.troubles[face.name] = why
-    hair = hair_of(face)
-    modes = {thing.mode for thing in (face, hair) if thing is not None}
+    modes = {thing.mode for thing in (face, *worn_by(face))}
     return tried != mark and modes == {"OBJECT"}  # in another, keys and vertices stay unwritten
 
 
