@@ -14,6 +14,7 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.beard.mesh import BeardMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
 from facs_rig.mesh import corner_matrix, vertex_normals
@@ -41,6 +42,7 @@ def panels(
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
     hair: HairMesh | None = None,
+    beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with its hair (or what is drawn of hair
     and the like in grey), it in three quarters, its lines over the sketch.
@@ -49,7 +51,7 @@ def panels(
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(fitted if hair is None else _with(fitted, hair), camera)
+    camera, box = _close_up(_with(fitted, hair, beard), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -61,19 +63,17 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
+    face = paint(rig, fitted, camera, identity, hair, beard)
     if hair is None:
-        skin = paint(rig, fitted, camera, identity)
-        face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
-        other = paint(rig, aside, _beside(aside, camera), identity)
-    else:
-        face = paint(rig, fitted, camera, identity, hair).astype(float)
-        other = paint(rig, aside, _beside(_with(aside, hair), camera), identity, hair)
+        face = _drawn_over(np.where(face == PAPER, faint, face), homeless, 1.2, HOMELESS)
+    beside = _beside(_with(aside, hair, beard), camera)
+    other = paint(rig, aside, beside, identity, hair, beard)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 
 
-def _with(vertices: NDArray, hair: HairMesh) -> NDArray:
-    """The points of a posed face and of its hair."""
-    return np.concatenate([vertices, hair.on(vertices)])
+def _with(vertices: NDArray, *worn: HairMesh | BeardMesh | None) -> NDArray:
+    """The points of a posed face and of what it wears."""
+    return np.concatenate([vertices, *(thing.on(vertices) for thing in worn if thing is not None)])
 
 
 def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -108,21 +108,21 @@ def paint(
     camera: Camera,
     identity: dict[str, float] | None = None,
     hair: HairMesh | None = None,
+    beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
 
-    hair : it wears this
+    hair, beard : it wears these
     """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
     )
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    points, triangles = vertices, rig.triangles
-    if hair is not None:
-        over = hair.on(vertices)
-        points = np.concatenate([vertices, over])
-        ribbons = np.concatenate([hair.triangles, hair.triangles[:, ::-1]])  # from both sides
-        triangles = np.concatenate([rig.triangles, ribbons + len(vertices)])
+    worn = [(thing, thing.on(vertices)) for thing in (hair, beard) if thing is not None]
+    meshes = [(vertices, rig.triangles)]
+    for thing, over in worn:  # from both sides
+        meshes.append((over, np.concatenate([thing.triangles, thing.triangles[:, ::-1]])))
+    points, triangles = _together(meshes)
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
     light = np.full(len(seen.owner), AMBIENT)
@@ -137,14 +137,23 @@ def paint(
     picture[seen.rows, seen.columns] = 255 * srgb(
         linear[material] * np.clip(light, 0, 1.1)[:, None]
     )
-    if hair is not None:
-        seen = _Seen(over, ribbons, fine, buffers.triangle, len(rig.triangles))
-        normals = seen.normals(corner_matrix(hair.triangles, len(over)), hair.triangles)
-        linear = hair_light(hair, over, normals, seen.at, LAMPS, AMBIENT)
+    first = len(rig.triangles)
+    for (thing, over), (_, ribbons) in zip(worn, meshes[1:], strict=True):
+        seen = _Seen(over, ribbons, fine, buffers.triangle, first)
+        normals = seen.normals(corner_matrix(thing.triangles, len(over)), thing.triangles)
+        linear = hair_light(thing, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
+        first += len(ribbons)
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
     return np.clip(mean, 0, 255).astype(np.uint8)
+
+
+def _together(meshes: Sequence[tuple[NDArray, NDArray]]) -> tuple[NDArray, NDArray]:
+    """Points and triangles of several meshes as of one."""
+    counts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
+    triangles = [own + first for (_, own), first in zip(meshes, counts, strict=True)]
+    return np.concatenate([points for points, _ in meshes]), np.concatenate(triangles)
 
 
 class _Seen:
