@@ -30,6 +30,8 @@ ROOTS = 9_000
 """Places where a hair may grow."""
 LIPS = 0.0028
 """Metres beside the red of the lips and beside nose and ears where no hair grows."""
+BEYOND = 0.004
+"""Metres that what grows over the mouth goes on beside its corners."""
 JAW = ("chin", *(f"jawline_{k}_left" for k in range(8, 0, -1)))
 APART = 0.014
 """Metres from a hair to the three vertices that say how its skin is turned."""
@@ -203,11 +205,11 @@ def roots_of(rig: FaceRig) -> Roots:
 
 
 def _over_mouth(points: NDArray, mark: dict[str, NDArray]) -> NDArray[np.bool_]:
-    """(k,) which points of the default face lie over the line of the mouth."""
+    """(k,) which points of the default face lie over the line of the mouth, no farther out."""
     corner, middle = mark["mouth_corner_left"], mark["lip_inner_top"]
     away = np.abs(points[:, 0])
     line = np.interp(away, [0, corner[0]], [middle[1], corner[1]])
-    return points[:, 1] > line
+    return (points[:, 1] > line) & (away < corner[0] + BEYOND)
 
 
 def _anchors(

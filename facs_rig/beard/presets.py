@@ -60,14 +60,19 @@ def preset(name: str, colour: float = 0.75) -> Beard:
     if name not in PRESETS:
         raise InputError(f"there is no beard '{name}'; choose one of {', '.join(PRESETS)}")
     row = PRESETS[name]
-    top, low = (_between(points) * MM for points in (row.top, row.low))
-    cover = _soft(top[:, None] - UP) * _soft(UP - low[:, None])
+    cover = rimmed(row.top, row.low)
     if not row.mouth:
         cover = cover * (UP > 40 * MM)
     return Beard(
         row.thick * cover, _between(row.length) * MM, row.moustache * MM if row.over else 0.0,
         row.fall, row.curl, colour,
     )  # fmt: skip
+
+
+def rimmed(top: Points, low: Points) -> NDArray[np.float64]:
+    """(COLUMNS, ROWS) cover between an upper and a lower rim, as in `Preset`."""
+    above, below = (_between(points)[:, None] * MM for points in (top, low))
+    return _soft(above - UP) * _soft(UP - below)
 
 
 def _between(points: Points) -> NDArray[np.float64]:
