@@ -44,15 +44,20 @@ SURE = 0.002
 """Probabilities nearer to 0 or 1 than this are taken for it."""
 CHILD = -0.4
 """`age` up to which nobody has a beard (see facs_rig.macros)."""
-BEARDED, WITH_MOUSTACHE = (1.53, 1.58, 0.26, 0.97, 4.33), 2.0
-"""Weights of the chin's ink, its log-odds, the jaw's log-odds and the cheeks' ink, and what is
-added: above 0 there is a beard. One generated beardless drawing in a hundred comes that far. Further
+BEARDED, WITH_MOUSTACHE = (1.86, 1.40, 0.56, 1.01, 5.17), 1.0
+"""Weights of the ink and the log-odds of that side of the chin that has less, the jaw's log-odds and
+the cheeks' ink, and what is added: above 0 there is a beard. One generated beardless drawing in a hundred comes that far. Further
 what is added where there is a moustache."""
 COVER = (0.86, 1.81, 2.08, 0.36, 0.85)
 """Of a place of a bearded face: log-odds and ink beyond the chin's, ink beyond the cheeks', the
 share of the jaw, and what is added: above 0 hair grows there."""
 TEMPLATED = (0.73, 1.68, 1.90, 1.09, 1.10, -0.20)
 """The same where the likeliest shape of a beard is known; its cover comes fifth."""
+BELOW_JAW = (1.12, 2.05, 2.95, -1.12, 0.19)
+"""COVER of what hangs below the jaw."""
+DENSE, PALE, BARE, WIDELY = 0.15, 0.35, 3.0, 5.0
+"""Ink of a chin beyond the cheeks' from which on its beard is drawn all over; the share of that ink
+below which another place is then bare, how much that takes off, and cells of the blur."""
 MOUSTACHE, BESIDE = 0.27, 0.12
 """Ink over the mouth, of all but its emptiest columns, from which on it is a moustache, and beside
 a beard."""
@@ -62,9 +67,8 @@ INKED = ((0.03, 0.0022), (0.12, 0.003), (0.3, 0.007), (0.6, 0.014))
 """Ink of a chin beyond the cheeks', and metres of its hairs."""
 DARK = 0.5
 """Colour of the palest beard: strokes on paper stand for darker hair than they are ink."""
-BELOW, STEP, NEARER = 0.16, 0.004, 0.006
-"""Metres below the jaw where a beard is looked for, from one place to the next, and that it ends
-before the ink does."""
+BELOW, STEP = 0.16, 0.004
+"""Metres below the jaw where a beard is looked for, and from one place to the next."""
 TEMPLATES = (
     rimmed(FULL, UNDER),
     preset("goatee").cover,
@@ -81,7 +85,7 @@ class _Seen:
     place : (k, 2) on the chart;  above : (k,) over the mouth;  across : (k,) metres from the middle
     cells : (k, 2) columns and rows of the grid;  shown, grazed : (k,) whether the view
     and page have them, and at a slant at least
-    ink, fine : (k,) blurred by SOFT and by FINE;  odds : (k,) the network's log-odds of a beard
+    ink, fine, wide : (k,) blurred by SOFT, FINE and WIDELY;  odds : (k,) the network's log-odds of a beard
     """
 
     place: NDArray[np.float64]
@@ -92,6 +96,7 @@ class _Seen:
     grazed: NDArray[np.bool_]
     ink: NDArray[np.float64]
     fine: NDArray[np.float64]
+    wide: NDArray[np.float64]
     odds: NDArray[np.float64]
 
     def zone(self, name: str) -> NDArray[np.bool_]:
@@ -127,13 +132,14 @@ def fit_beard(
         return None
     size = page.hair.shape[::-1]
     ink = 1 - area_resample(np.asarray(drawing, np.float32), page.box, size, outside=1.0)
-    soft, fine = (ndimage.gaussian_filter(ink, blur) for blur in (SOFT, FINE))
-    seen = _seen(soft, fine, at, page, rig, vertices, camera)
+    blurred = [ndimage.gaussian_filter(ink, blur) for blur in (SOFT, FINE, WIDELY)]
+    seen = _seen(blurred, at, page, rig, vertices, camera)
     chin, cheek = (seen.mean(name, seen.ink, 0.1) for name in ("chin", "cheek"))
     odds = [seen.mean(name, seen.odds, -5.0) for name in ("chin", "jaw")]
     over = _over_the_mouth(seen)
     beside = WITH_MOUSTACHE if over > MOUSTACHE else 0.0
-    bearded = float(np.dot(BEARDED, (chin, odds[0], odds[1], cheek, 1.0))) + beside > 0
+    less = [_lesser_side(seen, values) for values in (seen.ink, seen.odds)]
+    bearded = float(np.dot(BEARDED, (*less, odds[1], cheek, 1.0))) + beside > 0
     hairy = over > (BESIDE if bearded else MOUSTACHE)
     if not bearded and not hairy:
         return None
@@ -146,7 +152,7 @@ def fit_beard(
     base = float(np.interp(chin - cheek, *np.array(INKED).T))
     length = np.full(COLUMNS, base if bearded else 0.0)
     if bearded:
-        length += _reach(seen, soft, at, page, rig, vertices, camera, (odds[0], chin, cheek))
+        length += _reach(seen, blurred[0], at, page, rig, vertices, camera, (odds[0], chin, cheek))
     found = Beard(cover, length, moustache=_moustache(base, bearded) if hairy else 0.0)
     where = _where(found, seen, page)
     strokes = strokes_in(ink, where, CELLS)
@@ -175,17 +181,17 @@ def _places(
 
 
 def _seen(
-    soft: NDArray, fine: NDArray, at: At, page: PageHair, rig: FaceRig, vertices: NDArray,
-    camera: Camera,
+    blurred: list[NDArray], at: At, page: PageHair, rig: FaceRig, vertices: NDArray, camera: Camera
 ) -> _Seen:  # fmt: skip
     cells, facing = _places(page, rig, vertices, camera)
     roots = roots_of(rig)
     rest = rig.neutral()
     across = np.einsum("kc,kc->k", roots.weight[:PLACES], rest[roots.index[:PLACES], 0])
-    inside = ((cells > 0) & (cells < np.array(soft.shape[::-1]) - 1)).all(axis=1)
+    inside = ((cells > 0) & (cells < np.array(page.hair.shape[::-1]) - 1)).all(axis=1)
     return _Seen(
         roots.place[:PLACES], roots.above[:PLACES], across, cells, inside & (facing > FACING),
-        inside & (facing > GRAZING), _at(soft, cells), _at(fine, cells), _odds(at, page.pixels(cells)),
+        inside & (facing > GRAZING), *(_at(picture, cells) for picture in blurred),
+        _odds(at, page.pixels(cells)),
     )  # fmt: skip
 
 
@@ -197,6 +203,16 @@ def _at(picture: NDArray, cells: NDArray) -> NDArray[np.float64]:
 def _odds(at: At, points: NDArray) -> NDArray[np.float64]:
     share = np.clip(at("beard", points), SURE, 1 - SURE)
     return np.log(share / (1 - share))
+
+
+def _lesser_side(seen: _Seen, values: NDArray) -> float:
+    """The mean of a chin's side, of that which has less where both are seen: light comes from one
+    side, a beard grows on both."""
+    chin = seen.zone("chin")
+    sides = [chin & (way * seen.across > 0.002) for way in (-1, 1)]
+    if min(side.sum() for side in sides) <= 15:
+        sides = [chin]
+    return min(float(values[side].mean()) if side.any() else -5.0 for side in sides)
 
 
 def _over_the_mouth(seen: _Seen) -> float:
@@ -215,12 +231,13 @@ def _cover(seen: _Seen, odds: float, chin: float, cheek: float) -> NDArray[np.fl
     of the usual shapes, on both sides alike; where nothing is seen that shape."""
     mine = seen.grazed & ~seen.above
     says = _says(seen.odds, seen.ink, seen.place[:, 0], (odds, chin, cheek))[mine]
-    plain = np.clip(says @ COVER[:-1] + COVER[-1], -3, 3)
+    bare = _bare(seen)[mine]
+    plain = np.clip(says @ COVER[:-1] + COVER[-1] - bare, -3, 3)
     shapes = [on_chart(table, seen.place[mine]) for table in TEMPLATES]
     likely = np.array([float(((2 * shape - 1) * plain).sum()) for shape in shapes])
     likely[0] += USUAL
     best = int(likely.argmax())
-    score = says @ TEMPLATED[:-2] + TEMPLATED[-2] * shapes[best] + TEMPLATED[-1]
+    score = says @ TEMPLATED[:-2] + TEMPLATED[-2] * shapes[best] + TEMPLATED[-1] - bare
     cells, weight = weights_at(seen.place[mine])
     held = 3.0  # places that the shape counts for
     total = np.bincount(cells.ravel(), (weight * score[:, None]).ravel(), COLUMNS * ROWS)
@@ -228,6 +245,15 @@ def _cover(seen: _Seen, odds: float, chin: float, cheek: float) -> NDArray[np.fl
     usual = 3 * (2 * TEMPLATES[best] - 1)
     mean = (total.reshape(COLUMNS, ROWS) + held * usual) / (count.reshape(COLUMNS, ROWS) + held)
     return np.clip(1 / (1 + np.exp(-1.5 * mean)), 0, 1)
+
+
+def _bare(seen: _Seen) -> NDArray[np.float64]:
+    """(k,) what speaks against a beard where there is paper, if one is drawn densely on the chin."""
+    chin, cheek = (seen.mean(name, seen.wide, 0.1) for name in ("chin", "cheek"))
+    if chin - cheek < DENSE:
+        return np.zeros(len(seen.wide))
+    share = (seen.wide - cheek) / (chin - cheek)
+    return BARE * np.clip(PALE - share, 0, PALE) / PALE
 
 
 def _says(
@@ -252,11 +278,10 @@ def _reach(
     flat = cells.reshape(-1, 2)
     odds, ink = _odds(at, page.pixels(flat)), _at(soft, flat)
     says = _says(odds, ink, np.repeat(seen.place[rim, 0], len(steps)), usual)
-    score = (says @ COVER[:-1] + COVER[-1]).reshape(len(cells), -1)
+    score = (says @ BELOW_JAW[:-1] + BELOW_JAW[-1]).reshape(len(cells), -1)
     on_page = ((flat > 0) & (flat < np.array(soft.shape[::-1]) - 1)).all(axis=1)
     goes = (score > 0) & on_page.reshape(score.shape)
     far = np.where(goes.all(axis=1), len(steps), np.argmin(goes, axis=1)) * STEP
-    far = np.maximum(far - NEARER, 0)
     along = seen.place[rim, 0]
     for k, here in enumerate(ALONG):
         weight = np.clip(1 - np.abs(along - here) / 0.12, 0, 1)
@@ -280,8 +305,10 @@ def _down(page: PageHair, rig: FaceRig, vertices: NDArray, camera: Camera) -> ND
 
 
 def _moustache(base: float, bearded: bool) -> float:
-    """Metres of its hairs."""
-    return float(np.clip(base, 0.0025, 0.012)) if bearded else 0.010
+    """Metres of a moustache's hairs: as stubble where the beard is."""
+    if not bearded or base > 0.004:
+        return float(np.clip(base, 0.007, 0.012))
+    return base
 
 
 def _where(beard: Beard, seen: _Seen, page: PageHair) -> NDArray[np.bool_]:
