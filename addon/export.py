@@ -31,6 +31,7 @@ from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters,
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
 from facs_rig.paint import linear_light, srgb
@@ -51,6 +52,7 @@ def write_mesh(
     offsets: NDArray | None = None,
     fitted: Sequence[FittedKey] = (),
     hair: HairMesh | None = None,
+    beard: BeardMesh | None = None,
     *,
     names: str = "ours",
     keys: bool = False,
@@ -62,7 +64,7 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
-    hair : what the face wears, an object of its own; a .ply is the face alone
+    hair, beard : what the face wears, objects of their own; a .ply is the face alone
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -88,10 +90,17 @@ def write_mesh(
     fitted = keys_kept_by(rig, fitted)
     moved = keys or suffix in (".glb", ".fbx")
     targets = morph_targets(rig, parameters, names, fitted) if moved else {}
+    if beard is not None:
+        if rig.level != FULL:  # which has other vertices for it to grow from
+            beard = beard_mesh(rig, parameters.identity, beard.beard)
+        at_rest = rig.neutral(parameters.identity)
+        beard = beard.lying_on(at_rest if offsets is None else at_rest + offsets)
+        worn = (*worn, beard.worn_on(rig.pose(parameters, offsets), targets))
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
             _write_blend(
-                job.beside(path), rig, parameters, offsets, fitted, hair, _called(path), names
+                job.beside(path), rig, parameters, offsets, fitted, hair, beard, _called(path),
+                names,
             )
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
@@ -328,14 +337,19 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(path: Path, rig, parameters, offsets, fitted, hair, name: str, names: str) -> None:
+def _write_blend(
+    path: Path, rig, parameters, offsets, fitted, hair, beard, name: str, names: str
+) -> None:
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
+    from facs_rig.blender.beard import grow
     from facs_rig.blender.hair import wear
 
     face = build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
     if hair is not None:
         wear(face, hair, parameters.identity)
+    if beard is not None:
+        grow(face, beard)
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
@@ -362,8 +376,10 @@ def _write_fbx(
     face.data.update()
     add_moves(face, posed, {key: to_blender(move) for key, move in shape.moves.items()})
     worn = [hair_object(part, f"{name} {part.name}") for part in shape.worn]
-    for thing in worn:
+    for thing, part in zip(worn, shape.worn, strict=True):
         bpy.context.scene.collection.objects.link(thing)
+        moves = {key: to_blender(move) for key, move in part.moves.items()}
+        add_moves(thing, to_blender(part.points), moves)
     with _quiet(), _failing_as_files_do():
         write_still_fbx(path, face, *worn)
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.beard import beard_of
 from addon.drawing import Drawing, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.hair import beside_hair, hair_of
@@ -28,6 +29,8 @@ from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detection import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.beard.beard import Beard
+from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock
 from facs_rig.common.errors import InputError
@@ -58,6 +61,7 @@ class FaceFit:
     fitted : what the method found, what was carved into it, exaggerated
     cut : the hair, for a person of `parameters`; None for a bald one, and where it is ignored
     hair_kind : of facs_rig.hair.mesh.KINDS
+    grows : the beard, for a person of `parameters`; None as for hair
     compared : the face held against the sketch, before strokes were carved into it or it was
     exaggerated
     """
@@ -70,6 +74,7 @@ class FaceFit:
     cut: Cut | None
     hair_kind: str
     stages_s: dict[str, float]
+    grows: Beard | None = None
 
     @property
     def parameters(self) -> FaceParameters:
@@ -105,6 +110,13 @@ class FaceFit:
         if self.cut is None:
             return None
         return hair_mesh(self.rig, self.parameters.identity, self.cut, self.hair_kind)
+
+    @cached_property
+    def beard(self) -> BeardMesh | None:
+        """The beard as a mesh, if there is any."""
+        if self.grows is None:
+            return None
+        return beard_mesh(self.rig, self.parameters.identity, self.grows)
 
     @property
     def drawn(self) -> Lines:
@@ -177,14 +189,21 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("fit")
 
-    wears = options.hair != "ignore" and options.method != "thesis"
-    page, cut = hair_of(drawing, detection, rig, as_drawn) if wears else (None, None)
+    looked = options.method != "thesis"
+    wears, grows = (looked and how != "ignore" for how in (options.hair, options.beard))
+    page, cut, beard = None, None, None
+    if wears or grows:
+        page, cut = hair_of(drawing, detection, rig, as_drawn)
+    if grows:
+        page, beard = beard_of(drawing, detection, rig, as_drawn, page)
+    if not wears:
+        cut = None
     clock.lap("hair")
 
     compared = Comparison(
         drawing.image, rig, as_drawn, FaceParameters(head=expression.head), place,
         detection.mask.hides if detection.mask else None, options.tweakables.max_delta,
-        partial(beside_hair, page) if page and cut else None,
+        partial(beside_hair, page) if page and (cut or beard) else None,
     )  # fmt: skip
     if carves:
         lost = compared.unmatched
@@ -195,7 +214,7 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
     kind = options.hair if wears else KINDS[0]
-    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps)
+    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, beard)
 
 
 def read_expression(
@@ -230,6 +249,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "hair": _hair_to_json(face.cut),
+        "beard": _beard_to_json(face.grows),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
             {"polyline": line.tolist(), "length_px": line_length(line)} for line in face.unmatched
@@ -243,6 +263,18 @@ def _hair_to_json(cut: Cut | None) -> dict[str, Any] | None:
     if cut is None:
         return None
     return {"falls": cut.hangs, "curl": round(cut.curl, 3), "colour": round(cut.colour, 3)}
+
+
+def _beard_to_json(beard: Beard | None) -> dict[str, Any] | None:
+    """What kind of beard it is."""
+    if beard is None:
+        return None
+    return {
+        "length_mm": round(1000 * float(beard.length.max()), 1),
+        "moustache_mm": round(1000 * beard.moustache, 1),
+        "curl": round(beard.curl, 3),
+        "colour": round(beard.colour, 3),
+    }
 
 
 def preview(face: FaceFit) -> NDArray[np.uint8]:
@@ -259,6 +291,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.camera,
         face.compared.unmatched,
         face.hair,
+        face.beard,
     )
 
 
@@ -271,7 +304,7 @@ def write_face(
     """
     write_mesh(
         Path(path), face.rig, face.parameters, face.offsets, face.keys, face.hair,
-        detail=detail, outputs=outputs,
+        face.beard, detail=detail, outputs=outputs,
     )  # fmt: skip
 
 
