@@ -25,6 +25,7 @@ from facs_rig.common.errors import InputError
 DOCS = Path(__file__).parent
 PAGE, RESULTS = DOCS / "detectors.md", DOCS / "detectors.jsonl"
 NONE = "Nothing has been measured yet."
+FEWEST = 30  # drawings of a group that say something about it
 Result = dict[str, Any]
 
 
@@ -142,6 +143,8 @@ def splits() -> str:
     for result in ours:
         for key, parts in result.get("splits", {}).items():
             for group, part in parts.items():
+                if part["drawings"] < FEWEST:
+                    continue
                 groups.setdefault((key, group), {})[name_of(result)] = part
     if not groups:
         return NONE
@@ -152,7 +155,7 @@ def splits() -> str:
         for (key, group), found in groups.items()
     ]  # fmt: skip
     rows = [row for row in rows if any(row[1:])]
-    told = "Balanced accuracy / AUC, mean of the twelve."
+    told = f"Balanced accuracy / AUC, mean of the twelve; of groups of {FEWEST} drawings or more."
     return f"{told}\n\n{table(('', *names), rows)}"
 
 
