@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from ..curves import head_frame
 from ..common.derived import derived
 from ..rig import FaceRig
+
+UNMOVED = 1e-5  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,20 @@ class Bound:
         out = at[self.root] + self.stiff @ head
         out += np.einsum("nc,ncd->nd", self.turned, axes[self.root])
         return out.astype(np.float32)
+
+    def moves(
+        self, vertices: NDArray, moves: Mapping[str, NDArray]
+    ) -> dict[str, NDArray[np.float32]]:
+        """Name -> (n, 3) metres that a face's moves (v, 3) move the points, those that do.
+
+        vertices : (v, 3) metres, unmoved
+        """
+        used = np.unique(np.concatenate([self.index.ravel(), self.anchors.ravel(), self.skull]))
+        rest, out = self.points(vertices), {}
+        for name, move in moves.items():
+            if np.abs(move[used]).max() > UNMOVED:
+                out[name] = self.points(vertices + move) - rest
+        return out
 
 
 def axes_of(corners: NDArray) -> NDArray[np.float64]:
@@ -87,14 +104,3 @@ def skull_of(rig: FaceRig) -> NDArray[np.int32]:
     still = rig.parts["skin"] & (rig.weights >= 1).all(axis=1)
     right, left, top, _ = (int(k) for k in np.asarray(head_frame(rig.neutral(), still)[0])[[1, 0, 2, 3]])
     return np.array([right, left, top], np.int32)
-
-
-def moved(bound: Bound, vertices: NDArray, moves: NDArray) -> NDArray[np.float32]:
-    """(k, n, 3) metres that a face's moves (k, v, 3) move the points. vertices : (v, 3) unmoved"""
-    rest = bound.points(vertices)
-    return np.stack([bound.points(vertices + move) - rest for move in moves])
-
-
-def lying(bound: Bound, rows: NDArray) -> Bound:
-    """The same of some of the points (k,)."""
-    return replace(bound, root=bound.root[rows], turned=bound.turned[rows], stiff=bound.stiff[rows])

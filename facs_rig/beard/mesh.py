@@ -62,7 +62,7 @@ class BeardMesh:
     def worn_on(self, vertices: NDArray, moves: Mapping[str, NDArray] | None = None) -> Worn:
         """The same as a face wears it in a file. moves : name -> (v, 3) metres, of the face"""
         points = self.on(vertices)
-        own = {name: self.on(vertices + move) - points for name, move in (moves or {}).items()}
+        own = self.bound.moves(vertices, moves or {})
         return Worn(
             NAME, points, self.quads, self.uv, self.shade, self.colour, ROUGHNESS, moves=own
         )

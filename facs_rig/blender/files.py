@@ -76,6 +76,9 @@ def write_shown_fbx(path: Path, name: str, face: bpy.types.Object, shape: Shape)
         moves = {name: to_blender(move) for name, move in shape.moves.items()}
         add_moves(thing, points, moves)
         mesh.update()
+        for own, part in zip(worn, shape.worn, strict=True):
+            moves = {name: to_blender(move) for name, move in part.moves.items()}
+            add_moves(own, to_blender(part.points), moves)
         with _selected(bpy.context.scene.collection, thing, *worn):
             _still_fbx(path)
     finally:

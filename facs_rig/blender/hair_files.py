@@ -25,13 +25,18 @@ def shown_hair(face: bpy.types.Object) -> tuple[Worn, ...]:
     hair = hair_of(face)
     if hair is None or (face.visible_get() and not hair.visible_get()):
         return ()
+    return worn_object(hair, NAME)
+
+
+def worn_object(hair: bpy.types.Object, name: str) -> tuple[Worn, ...]:
+    """What a face wears, as it is evaluated; nothing where no vertex is left of it."""
     hair.update_from_editmode()
     if hair.mode == "OBJECT" and hair.visible_get():
         bpy.context.view_layer.update()
         final = hair.evaluated_get(bpy.context.evaluated_depsgraph_get())
-        return _worn(final, hair)
+        return _worn(final, hair, name)
     with _staged(hair) as (twin, layer):
-        return _worn(twin.evaluated_get(layer.depsgraph), hair)
+        return _worn(twin.evaluated_get(layer.depsgraph), hair, name)
 
 
 def hair_object(worn: Worn, name: str) -> bpy.types.Object:
@@ -67,7 +72,7 @@ def _staged(hair: bpy.types.Object) -> Iterator[tuple[bpy.types.Object, bpy.type
         bpy.data.meshes.remove(mesh)
 
 
-def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
+def _worn(final: bpy.types.Object, hair: bpy.types.Object, name: str) -> tuple[Worn, ...]:
     """final : the hair, evaluated"""
     mesh = final.data
     n = len(mesh.vertices)
@@ -87,7 +92,7 @@ def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
         material = next((slot.material for slot in hair.material_slots if slot.material), None)
         colour = (0.1, 0.1, 0.1) if material is None else tuple(material.diffuse_color[:3])
     return (
-        Worn(NAME, from_blender(points), _quads(mesh, corners), uv, _shade(mesh), colour,
+        Worn(name, from_blender(points), _quads(mesh, corners), uv, _shade(mesh), colour,
              ROUGHNESS),
     )  # fmt: skip
 

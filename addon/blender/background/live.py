@@ -10,6 +10,7 @@ import time
 
 import bpy
 
+from facs_rig.blender.beard import beard_of
 from facs_rig.blender.hair import hair_of
 from facs_rig.blender.pose import check_face, is_face
 from facs_rig.common.errors import InputError
@@ -59,8 +60,8 @@ def changed(face: bpy.types.Object) -> bool:
     tried, why = session.refused.get(face.name, ("", ""))
     if tried == mark:
         session.troubles[face.name] = why
-    hair = hair_of(face)
-    modes = {thing.mode for thing in (face, hair) if thing is not None}
+    worn = (hair_of(face), beard_of(face))
+    modes = {thing.mode for thing in (face, *worn) if thing is not None}
     return tried != mark and modes == {"OBJECT"}  # in another, keys and vertices stay unwritten
 
 

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
+from facs_rig.blender.beard import KEPT, add_beard, check_beard, grow, remove_beard
 from facs_rig.blender.hair import CUT, remove_hair, wear
 from facs_rig.blender.hair_follows import check_hair
 from facs_rig.blender.keys import GAZE
-from facs_rig.blender.pose import armature_of, identity_of, pose_of, refresh, set_pose
+from facs_rig.blender.pose import DETAIL, armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.levels import FULL
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
@@ -36,7 +38,7 @@ class Found:
 
     drawn : the sketch's lines, (k, 2) pixels of it each
     strokes : what was done with those that have no place
-    hair : whether it was looked for
+    hair, beard : whether it was looked for
     """
 
     fit: FaceFit
@@ -45,6 +47,7 @@ class Found:
     drawn: list[NDArray[np.float64]]
     strokes: str
     hair: bool = True
+    beard: bool = True
 
 
 @dataclass
@@ -88,10 +91,13 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             options = pipeline.FitOptions(**values, pins=pins)
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
-            _ = fit.contour_error_px, fit.unmatched, fit.hair  # here, where nobody waits for them
+            _ = fit.contour_error_px, fit.unmatched, fit.hair, fit.beard  # here, where nobody waits for them
             drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
-            looked = options.hair != "ignore" and options.method != "thesis"
-            return Found(fit, source.mark, to_places, drawn, options.strokes, looked)
+            looked = [
+                how != "ignore" and options.method != "thesis"
+                for how in (options.hair, options.beard)
+            ]
+            return Found(fit, source.mark, to_places, drawn, options.strokes, *looked)
         finally:
             if shape:
                 shape.known.set()  # whoever waits must hear of an error, too
@@ -171,6 +177,7 @@ def new_face(context, holder) -> Steps:
             yield Tick(said, WARM + (1 - WARM) * task.share, task.done)
         found = task.result()
         put_hair(face, found)
+        put_beard(face, found)
     except BaseException:
         if face is not None:
             remove(face)
@@ -185,6 +192,7 @@ def new_face(context, holder) -> Steps:
 def remove(face: bpy.types.Object) -> None:
     """Take a face that was just built away again, with all that it alone uses."""
     remove_hair(face)
+    remove_beard(face)
     armature, mesh = face.parent, face.data
     bpy.data.batch_remove([face, armature, mesh, armature.data])
 
@@ -200,6 +208,20 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
         return
     remove_hair(face)
     face.pop(CUT, None)
+
+
+def put_beard(face: bpy.types.Object, found: Found) -> None:
+    """Give a face the beard that was found, as `put_hair`."""
+    if not found.beard or armature_of(face) is None:
+        return
+    beard = found.fit.beard
+    if beard is None:
+        remove_beard(face)
+        face.pop(KEPT, None)
+    elif face.get(DETAIL, FULL) == FULL:
+        grow(face, beard)
+    else:
+        add_beard(face, found.fit.rig, beard.beard)
 
 
 def again(context, face) -> Steps:
@@ -223,6 +245,8 @@ def put_on(face, found: Found) -> Steps:
 
     if found.hair:
         check_hair(face)
+    if found.beard:
+        check_beard(face)
     fit, before = found.fit, pose_of(face)
     kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
     who = {**fit.parameters.identity, **kept}
@@ -230,6 +254,7 @@ def put_on(face, found: Found) -> Steps:
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     put_hair(face, found)
+    put_beard(face, found)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look
     set_pose(face, replace(fit.parameters, neck=before.neck))
     for name, angle in gaze.items():

@@ -12,6 +12,8 @@ from facs_rig import load_rig
 from facs_rig.blender.files import not_moving, span_of, write_moving, write_shown_fbx
 from facs_rig.blender.hair import hair_of
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
+from facs_rig.blender.beard import beard_of
+from facs_rig.blender.beard_files import moving
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
 from facs_rig.common.errors import InputError
@@ -153,10 +155,10 @@ def _write_blend(path: Path, face: bpy.types.Object) -> None:
     """The objects themselves, for File > Append."""
     face.update_from_editmode()
     armature = armature_of(face)
-    hair = hair_of(face)
-    if hair is not None:
-        hair.update_from_editmode()
-    blocks = {thing for thing in (face, armature, hair) if thing is not None}
+    worn = [thing for thing in (hair_of(face), beard_of(face)) if thing is not None]
+    for thing in worn:
+        thing.update_from_editmode()
+    blocks = {face, *worn} if armature is None else {face, armature, *worn}
     with Outputs() as outputs:
         bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True, compress=True)
 
@@ -168,7 +170,7 @@ def _write_shown(path: Path, face: bpy.types.Object, names: str) -> Steps:
     reading = translation.text("reading the face")
     if path.suffix.lower() in MORPHING:
         found = yield from within(moves(face, rig, shape, names), reading, 0.0, 0.8, 50)
-        shape = replace(shape, moves=found)
+        shape = moving(face, replace(shape, moves=found))
     doing = translation.text("writing {name}", name=path.name)
 
     def write(_progress) -> None:

@@ -3,12 +3,13 @@
 import bpy
 
 from facs_rig import CONTROLS
+from facs_rig.blender.beard import beard_of
 from facs_rig.blender.hair import has_cut, kind_of
 from facs_rig.fitted_keys import FITTED
 from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation
-from ..operators import detect, export, expression, hair, pins, sketch
+from ..operators import beard, detect, export, expression, hair, pins, sketch
 from ..state import faces, memory, properties, sources
 from ..state.session import session
 from .presets import SKETCHTOFACE_PT_presets
@@ -142,6 +143,7 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         column.prop(settings, "exaggerate")
         if settings.method != "thesis":
             column.prop(settings, "hair")
+            column.prop(settings, "beard")
         ticks = column.column(align=True)
         ticks.use_property_split = False  # the words beside a tick need the whole width
         if settings.method != "shape":
@@ -227,6 +229,19 @@ def _draw_hair(layout, face) -> None:
         row.operator(make, text="", icon="X").kind = "none"
 
 
+def draw_beard(layout, face) -> None:
+    """The colour of a beard, and which one it is."""
+    column = layout.column(align=True)
+    worn = beard_of(face) is not None
+    if worn:
+        column.prop(face.sketch_to_face, "beard_colour")
+    row = column.row(align=True)
+    make = beard.SKETCHTOFACE_OT_beard.bl_idname
+    row.operator_menu_enum(make, "kind", text="Beard", text_ctxt=translation.OWN)
+    if worn:
+        row.operator(make, text="", icon="X").kind = "NONE"
+
+
 class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
     """How near the face came, what to do with the rest, where it goes."""
 
@@ -252,6 +267,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
             column.prop(key, "value", text="Fitted Details", slider=True)
         column.prop(face.sketch_to_face, "caricature", slider=True)
         _draw_hair(self.layout, face)
+        draw_beard(self.layout, face)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
         column.label(text=translation.label("Strokes without a place: {count}", count=lost))
