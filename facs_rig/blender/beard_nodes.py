@@ -18,7 +18,11 @@ def following(beard: bpy.types.Object, face: bpy.types.Object) -> None:
     """
     modifier = beard.modifiers.get(MODIFIER) or beard.modifiers.new(MODIFIER, "NODES")
     modifier.node_group = _group_for([int(k) for k in beard.data[SKULL]])
-    modifier[_face_input(modifier.node_group)] = face
+    name = _face_input(modifier.node_group)
+    if hasattr(modifier, "properties"):  # from 5.2 on
+        getattr(modifier.properties.inputs, name).value = face
+    else:
+        modifier[name] = face
 
 
 def followed(beard: bpy.types.Object) -> bpy.types.Object | None:
@@ -27,6 +31,8 @@ def followed(beard: bpy.types.Object) -> bpy.types.Object | None:
     if modifier is None or modifier.type != "NODES" or modifier.node_group is None:
         return None
     name = _face_input(modifier.node_group)
+    if hasattr(modifier, "properties"):
+        return getattr(getattr(modifier.properties.inputs, name, None), "value", None)
     return modifier.get(name) if name else None
 
 
