@@ -24,9 +24,7 @@ def beard_of(
     if mask is None or page is None:
         return page, None
     vertices, camera = fitted.vertices, fitted.camera
-    beard = fit_beard(
-        drawing.image, mask.at, page, rig, fitted.parameters, vertices, camera
-    )
+    beard = fit_beard(drawing.image, mask.at, page, rig, fitted.parameters, vertices, camera)
     if beard is None:
         return page, None
     return with_beard(page, beard, rig, vertices, camera), beard

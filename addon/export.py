@@ -28,14 +28,14 @@ from numpy.typing import NDArray
 
 from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
-from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
 from facs_rig.paint import linear_light, srgb
-from facs_rig.shape import Shape, rig_shape
+from facs_rig.shape import Shape, Worn, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
 FROM_BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -82,7 +82,7 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
-    worn = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
+    worn: tuple[Worn, ...] = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
     if hair is not None and offsets is not None:
         hair = hair.lying_on(rig.neutral(parameters.identity) + offsets)
     rig = at_level(rig, detail)
@@ -90,18 +90,18 @@ def write_mesh(
     fitted = keys_kept_by(rig, fitted)
     moved = keys or suffix in (".glb", ".fbx")
     targets = morph_targets(rig, parameters, names, fitted) if moved else {}
+    if beard is not None and rig.level != FULL:  # which has other vertices for it to grow from
+        beard = beard_mesh(rig, parameters.identity, beard.beard)
     if beard is not None:
-        if rig.level != FULL:  # which has other vertices for it to grow from
-            beard = beard_mesh(rig, parameters.identity, beard.beard)
         at_rest = rig.neutral(parameters.identity)
         beard = beard.lying_on(at_rest if offsets is None else at_rest + offsets)
         worn = (*worn, beard.worn_on(rig.pose(parameters, offsets), targets))
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
             _write_blend(
-                job.beside(path), rig, parameters, offsets, fitted, hair, beard, _called(path),
+                job.beside(path), rig, parameters, offsets, fitted, (hair, beard), _called(path),
                 names,
-            )
+            )  # fmt: skip
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
         if suffix == ".fbx":
@@ -337,9 +337,9 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(
-    path: Path, rig, parameters, offsets, fitted, hair, beard, name: str, names: str
-) -> None:
+def _write_blend(path: Path, rig, parameters, offsets, fitted, worn, name: str, names: str) -> None:
+    """worn : hair and beard, or None"""
+    hair, beard = worn
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
     from facs_rig.blender.beard import grow

@@ -170,12 +170,13 @@ def _worn(
     for name, value in (("JOINTS_0", BONES.index("head")), ("WEIGHTS_0", 255)) if follows else ():
         carried[:, 0] = value
         attributes[name] = file.vertices(carried, UNSIGNED_BYTE, name == "WEIGHTS_0")
-    primitive = {"attributes": attributes, "indices": file.indices(triangles, n)}
-    mesh = {"name": thing.name, "primitives": [primitive | {"material": material}]}
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": file.indices(triangles, n)}
+    primitive |= {"material": material}
+    mesh: dict[str, Any] = {"name": thing.name, "primitives": [primitive]}
     if thing.moves:
         still = np.zeros((n, 3), np.float32)
         moves = [thing.moves.get(name, still) for name in names]
-        mesh["primitives"][0]["targets"] = [{"POSITION": _moving(file, move)} for move in moves]
+        primitive["targets"] = [{"POSITION": _moving(file, move)} for move in moves]
         mesh |= {"weights": [0.0] * len(names), "extras": {"targetNames": list(names)}}
     return mesh
 

@@ -63,7 +63,7 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    face = paint(rig, fitted, camera, identity, hair, beard)
+    face: NDArray = paint(rig, fitted, camera, identity, hair, beard)
     if hair is None:
         face = _drawn_over(np.where(face == PAPER, faint, face), homeless, 1.2, HOMELESS)
     beside = _beside(_with(aside, hair, beard), camera)

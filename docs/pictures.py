@@ -480,6 +480,8 @@ def sphere() -> None:
 FACE = (contact_sheets, pairs, identities, face_ages, face_variants, features, styles, gaze,
         layers, levels, one_sided, random_faces, extremes, own_creases, turned)  # fmt: skip
 DATA = (drawings, conventions, ways, dataset_statistics)
+
+
 def hair() -> None:
     """The heads of hair that there are, each from four sides."""
     save("hair.png", heads_of_hair(people={"": {"gender": 0.2}}))

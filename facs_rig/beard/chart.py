@@ -139,7 +139,9 @@ def _from_jaw(
     points: NDArray, mark: dict[str, NDArray], normals: NDArray
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(m,) share along the jaw and (m,) metres up from it. normals : (9, 3) of the skin at JAW"""
-    line = np.stack([mark[name] for name in JAW]) * np.where(np.arange(9)[:, None] == 0, (0, 1, 1), 1)
+    line = np.stack([mark[name] for name in JAW]) * np.where(
+        np.arange(9)[:, None] == 0, (0, 1, 1), 1
+    )
     size = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     fine = np.linspace(0, size[-1], 200)
     jaw = np.stack([np.interp(fine, size, line[:, k]) for k in range(3)], axis=1)
@@ -165,7 +167,9 @@ def _flow(rest: NDArray, normal: NDArray, up: NDArray, mark: dict[str, NDArray])
     over = np.clip((rest[:, 1] - mouth[1]) / 0.008, 0, 1)
     over *= np.clip((mouth[0] + 0.016 - np.abs(rest[:, 0])) / 0.014, 0, 1)
     under = np.clip(-up / 0.03, 0, 1)
-    aside = 1.1 * over * np.tanh(rest[:, 0] / 0.003) - 0.15 * np.tanh(rest[:, 0] / 0.02) * (1 - over)
+    aside = 1.1 * over * np.tanh(rest[:, 0] / 0.003) - 0.15 * np.tanh(rest[:, 0] / 0.02) * (
+        1 - over
+    )
     way = np.stack([aside, -np.ones(len(rest)), 0.5 * under], axis=1)
     way -= np.einsum("kc,kc->k", way, normal)[:, None] * normal
     return way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
@@ -221,7 +225,9 @@ def _anchors(
     one /= np.linalg.norm(one, axis=1, keepdims=True)
     two = np.cross(normal, one)
     turn = np.radians([90, 210, 330])
-    wanted = at[:, None] + APART * (np.cos(turn)[:, None] * one[:, None] + np.sin(turn)[:, None] * two[:, None])
+    wanted = at[:, None] + APART * (
+        np.cos(turn)[:, None] * one[:, None] + np.sin(turn)[:, None] * two[:, None]
+    )
     out = np.empty((len(at), 3), np.int32)
     beside = np.abs(rest[vertices, 0]) > mark["mouth_corner_left"][0] + 0.004
     over = _over_mouth(rest[vertices], mark)

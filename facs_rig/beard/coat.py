@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..common.derived import derived
 from ..mesh import vertex_normals
@@ -30,8 +29,9 @@ MOST = 0.004
 
 @dataclass(frozen=True, eq=False)
 class Coat:
-    """points : (n, 3) metres;  root : (n,), each its own;  quads, uv, index, weight, anchors : as in
-    hairs.Hairs"""
+    """points : (n, 3) metres;  root : (n,), each its own
+    quads, uv, index, weight, anchors : as in hairs.Hairs
+    """
 
     points: NDArray[np.float64]
     root: NDArray[np.intp]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..curves import head_frame
 from ..common.derived import derived
+from ..curves import head_frame
 from ..rig import FaceRig
 
-UNMOVED = 1e-5  # metres
+UNMOVED = 1e-4  # metres: less than any file keeps
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +37,17 @@ class Bound:
 
     def points(self, vertices: NDArray) -> NDArray[np.float32]:
         """(n, 3) metres on a face (v, 3), of whatever person, pose and expression."""
-        vertices = np.asarray(vertices, float)
-        at = np.einsum("kc,kcd->kd", self.weight, vertices[self.index])
+        vertices = np.asarray(vertices, np.float32)
+        a, b, c = self.weight.T[..., None]
+        first, second, third = self.index.T
+        at = a * vertices[first] + b * vertices[second] + c * vertices[third]
         axes = axes_of(vertices[self.anchors])
-        head = axes_of(vertices[self.skull][None])[0]
-        out = at[self.root] + self.stiff @ head
-        out += np.einsum("nc,ncd->nd", self.turned, axes[self.root])
-        return out.astype(np.float32)
+        out = at[self.root]
+        for k in range(3):
+            out += self.turned[:, k : k + 1] * axes[:, k][self.root]
+        if self.stiff.any():
+            out += self.stiff @ axes_of(vertices[self.skull][None])[0]
+        return out
 
     def moves(
         self, vertices: NDArray, moves: Mapping[str, NDArray]
@@ -60,7 +64,7 @@ class Bound:
         return out
 
 
-def axes_of(corners: NDArray) -> NDArray[np.float64]:
+def axes_of(corners: NDArray) -> NDArray[np.floating]:
     """(k, 3, 3) right-angled unit axes of triangles (k, 3, 3): along the first edge, across it, and
     out of the triangle."""
     along = corners[:, 1] - corners[:, 0]
@@ -73,17 +77,17 @@ def axes_of(corners: NDArray) -> NDArray[np.float64]:
 def bound_to(
     points: NDArray,
     root: NDArray,
-    index: NDArray,
-    weight: NDArray,
-    anchors: NDArray,
+    roots: tuple[NDArray, NDArray, NDArray],
     stiffness: NDArray,
     rig: FaceRig,
     vertices: NDArray,
 ) -> Bound:
     """Bind points (n, 3), metres, on an upright face at rest (v, 3), to their roots.
 
+    roots : index, weight and anchors of `Bound`
     stiffness : (r,) 0..1, how far a hair keeps to the head's turning and not to the skin's
     """
+    index, weight, anchors = roots
     skull = skull_of(rig)
     vertices = np.asarray(vertices, float)
     away = points - np.einsum("kc,kcd->kd", weight, vertices[index])[root]
@@ -102,5 +106,7 @@ def bound_to(
 def skull_of(rig: FaceRig) -> NDArray[np.int32]:
     """(3,) vertices of the skull, wide apart."""
     still = rig.parts["skin"] & (rig.weights >= 1).all(axis=1)
-    right, left, top, _ = (int(k) for k in np.asarray(head_frame(rig.neutral(), still)[0])[[1, 0, 2, 3]])
+    right, left, top, _ = (
+        int(k) for k in np.asarray(head_frame(rig.neutral(), still)[0])[[1, 0, 2, 3]]
+    )
     return np.array([right, left, top], np.int32)

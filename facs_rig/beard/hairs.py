@@ -17,7 +17,14 @@ SHORT = 0.006
 """Metres up to which hairs are straight blades of one triangle: stubble."""
 STEPS = ((0.006, 1), (0.03, 3), (np.inf, 5))
 """Quads along hairs that are at most so long, metres."""
-WIDE = ((0.0, 0.0005), (0.003, 0.0006), (0.008, 0.0022), (0.02, 0.0036), (0.06, 0.0055), (0.2, 0.008))
+WIDE = (
+    (0.0, 0.0005),
+    (0.003, 0.0006),
+    (0.008, 0.0022),
+    (0.02, 0.0036),
+    (0.06, 0.0055),
+    (0.2, 0.008),
+)
 """Length and width of a hair, metres."""
 STANDS = ((0.0, 0.6), (0.006, 0.5), (0.02, 0.45), (0.08, 0.3))
 """Length, and radians that hairs stand off the skin at the root."""
@@ -31,7 +38,8 @@ OPEN = 0.0035
 LOCKS = 9
 """Hairs to a lock of a long beard."""
 HANGS = (0.012, 0.05)
-"""Length between which hairs begin to hang down, rather than lie, and keep upright with the head."""
+"""Length between which hairs begin to hang down rather than lie, and to keep upright with the
+head."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +94,16 @@ def lengths(beard: Beard, roots: Roots, cover: NDArray) -> NDArray[np.float64]:
     length = np.interp(along, ALONG, beard.length)
     high = np.clip((up - CHEEKS[0]) / (CHEEKS[1] - CHEEKS[0]), 0, 1)
     least = np.minimum(length, 0.004)  # stubble is as long everywhere
-    length = least + (length - least) * (1 - (1 - SHORTER) * high) * np.clip(1.6 * cover - 0.3, 0.15, 1)
+    length = least + (length - least) * (1 - (1 - SHORTER) * high) * np.clip(
+        1.6 * cover - 0.3, 0.15, 1
+    )
     return np.where(roots.above, beard.moustache * np.clip(0.5 + 0.6 * cover, 0, 1), length)
 
 
 def _frames(
     rig: FaceRig, vertices: NDArray, roots: Roots, kept: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Places of roots, the way out of the skin there and the way along it that hair lies, (k, 3)."""
+    """Places of roots, the ways out of the skin there, and along it as hair lies, (k, 3) each."""
     chart = chart_of(rig)
     normals = np.zeros((rig.n_vertices, 3))
     flow = np.zeros((rig.n_vertices, 3))
@@ -142,7 +152,9 @@ def _locked(middle: NDArray, length: NDArray, beard: Beard, t: NDArray) -> NDArr
     pull = (0.55 * np.clip(length / 0.03, 0, 1))[:, None] * t**1.5
     middle = middle + pull[..., None] * (middle[guides][own] - middle) * np.array([1, 0.4, 1])
     if beard.curl:
-        phase = 2 * np.pi * (own * 0.618 % 1)[:, None] + 2.5 * 2 * np.pi * t * (length / 0.03)[:, None]
+        phase = (
+            2 * np.pi * (own * 0.618 % 1)[:, None] + 2.5 * 2 * np.pi * t * (length / 0.03)[:, None]
+        )
         size = beard.curl * 0.12 * np.minimum(length, 0.03)[:, None] * t
         middle = middle + np.stack([size * np.cos(phase), 0 * phase, size * np.sin(phase)], axis=2)
     return middle

@@ -88,14 +88,14 @@ def beard_mesh(
         return None
     first, roots = len(under.points), len(under.index)
     points = np.concatenate([under.points, grown.points])
-    bound = bound_to(
-        points,
-        np.concatenate([under.root, grown.root + roots]),
-        *(np.concatenate(pair) for pair in (
-            (under.index, grown.index), (under.weight, grown.weight),
-            (under.anchors, grown.anchors), (np.zeros(roots), grown.stiffness))),
-        rig, vertices,
-    )  # fmt: skip
+    growing = (
+        np.concatenate([under.index, grown.index]),
+        np.concatenate([under.weight, grown.weight]),
+        np.concatenate([under.anchors, grown.anchors]),
+    )
+    root = np.concatenate([under.root, grown.root + roots])
+    stiffness = np.concatenate([np.zeros(roots), grown.stiffness])
+    bound = bound_to(points, root, growing, stiffness, rig, vertices)
     shade = np.concatenate([np.full(first, UNDER), 1 + LOOSE * grown.tone])
     grain = np.concatenate([40 * under.uv[:, 0], 17.0 * grown.root + 3 * grown.uv[:, 0]])
     colour = colours_of({**(identity or {}), "brow_colour": beard.colour})["brows"].colour

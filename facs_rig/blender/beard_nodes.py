@@ -8,8 +8,6 @@ MODIFIER, GROUP, FACE = "Follow Face", "Beard Follows Face", "Face"
 SKULL = "skull"  # property of the beard's mesh and of the nodes: three vertices of the face
 _TYPES = {"FLOAT_VECTOR": "VECTOR", "INT": "INT"}
 
-Socket = bpy.types.NodeSocket
-
 
 def following(beard: bpy.types.Object, face: bpy.types.Object) -> None:
     """Let a beard follow a face by a modifier, the first of its own.
@@ -93,19 +91,19 @@ class _Group:
         self._column += 1
         return node
 
-    def _named(self, name: str, kind: str) -> Socket:
+    def _named(self, name: str, kind: str) -> bpy.types.NodeSocket:
         """An attribute of the beard's vertices."""
         node = self._node("GeometryNodeInputNamedAttribute")
         node.data_type = kind
         node.inputs["Name"].default_value = name
         return next(s for s in node.outputs if s.name == "Attribute" and s.type == _TYPES[kind])
 
-    def _whole(self, number: int) -> Socket:
+    def _whole(self, number: int) -> bpy.types.NodeSocket:
         node = self._node("FunctionNodeInputInt")
         node.integer = number
         return node.outputs[0]
 
-    def _vertex(self, index: Socket) -> Socket:
+    def _vertex(self, index: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
         """Where the face's vertex of a number is."""
         node = self._node("GeometryNodeSampleIndex")
         node.data_type, node.domain = "FLOAT_VECTOR", "POINT"
@@ -115,7 +113,9 @@ class _Group:
         self.tree.links.new(index, node.inputs["Index"])
         return next(s for s in node.outputs if s.type == "VECTOR")
 
-    def _math(self, how: str, *given: Socket, scale: Socket | None = None) -> Socket:
+    def _math(
+        self, how: str, *given: bpy.types.NodeSocket, scale: bpy.types.NodeSocket | None = None
+    ) -> bpy.types.NodeSocket:
         node = self._node("ShaderNodeVectorMath")
         node.operation = how
         for k, socket in enumerate(given):
@@ -124,18 +124,20 @@ class _Group:
             self.tree.links.new(scale, node.inputs["Scale"])
         return node.outputs["Vector"]
 
-    def _sum(self, given: list[Socket]) -> Socket:
+    def _sum(self, given: list[bpy.types.NodeSocket]) -> bpy.types.NodeSocket:
         total = given[0]
         for socket in given[1:]:
             total = self._math("ADD", total, socket)
         return total
 
-    def _split(self, vector: Socket) -> list[Socket]:
+    def _split(self, vector: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
         node = self._node("ShaderNodeSeparateXYZ")
         self.tree.links.new(vector, node.inputs[0])
         return list(node.outputs[:3])
 
-    def _along(self, way: Socket, corners: list[Socket]) -> Socket:
+    def _along(
+        self, way: bpy.types.NodeSocket, corners: list[bpy.types.NodeSocket]
+    ) -> bpy.types.NodeSocket:
         """A way in the right-angled axes of a triangle: see `follow.axes_of`."""
         along = self._math("SUBTRACT", corners[1], corners[0])
         other = self._math("SUBTRACT", corners[2], corners[0])

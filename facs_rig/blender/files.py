@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import to_blender
 from facs_rig.blender.arrays import write_key, write_places
+from facs_rig.blender.beard_files import keyed
 from facs_rig.blender.hair_files import hair_object
 from facs_rig.blender.hair_follows import hair_of
 from facs_rig.blender.keys import BASIS
@@ -124,7 +125,7 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
     was = scene.frame_start, scene.frame_end, scene.frame_current
     try:
         scene.frame_start, scene.frame_end = span
-        with _selected(None, *things):
+        with keyed(face) as beard, _selected(None, *things, *([beard] if beard else [])):
             write = _moving_glb if path.suffix.lower() == ".glb" else _moving_fbx
             write(str(path))
     finally:

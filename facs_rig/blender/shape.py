@@ -36,7 +36,8 @@ _FLUSHED = ("EDIT", "SCULPT", "SCULPT_CURVES")
 
 
 def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
-    """The evaluated mesh of a face, its hair and its beard in the world, metres, core axes, without moves.
+    """The evaluated mesh of a face and of what it wears in the world, metres, core axes, without
+    moves.
 
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.

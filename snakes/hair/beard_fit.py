@@ -23,7 +23,6 @@ from facs_rig.beard.follow import axes_of
 from facs_rig.beard.presets import FULL, UNDER, preset, rimmed
 from facs_rig.common.images import area_resample
 
-from ..lines import HEAD
 from .region import At, PageHair
 from .texture import strokes_in, texture_of, tone_of
 
@@ -45,9 +44,9 @@ SURE = 0.002
 CHILD = -0.4
 """`age` up to which nobody has a beard (see facs_rig.macros)."""
 BEARDED, WITH_MOUSTACHE = (1.86, 1.40, 0.56, 1.01, 5.17), 1.0
-"""Weights of the ink and the log-odds of that side of the chin that has less, the jaw's log-odds and
-the cheeks' ink, and what is added: above 0 there is a beard. One generated beardless drawing in a hundred comes that far. Further
-what is added where there is a moustache."""
+"""Weights of the ink and the log-odds of that side of the chin that has less, of the jaw's log-odds
+and the cheeks' ink, and what is added: above 0 there is a beard, which one generated beardless
+drawing in a hundred comes to. Further what is added where there is a moustache."""
 COVER = (0.86, 1.81, 2.08, 0.36, 0.85)
 """Of a place of a bearded face: log-odds and ink beyond the chin's, ink beyond the cheeks', the
 share of the jaw, and what is added: above 0 hair grows there."""
@@ -85,7 +84,8 @@ class _Seen:
     place : (k, 2) on the chart;  above : (k,) over the mouth;  across : (k,) metres from the middle
     cells : (k, 2) columns and rows of the grid;  shown, grazed : (k,) whether the view
     and page have them, and at a slant at least
-    ink, fine, wide : (k,) blurred by SOFT, FINE and WIDELY;  odds : (k,) the network's log-odds of a beard
+    ink, fine, wide : (k,) blurred by SOFT, FINE and WIDELY
+    odds : (k,) the network's log-odds of a beard
     """
 
     place: NDArray[np.float64]
@@ -130,7 +130,8 @@ def fit_beard(
     """
     if parameters.identity.get("age", 0.0) <= CHILD:
         return None
-    size = page.hair.shape[::-1]
+    rows, columns = page.hair.shape
+    size = (columns, rows)
     ink = 1 - area_resample(np.asarray(drawing, np.float32), page.box, size, outside=1.0)
     blurred = [ndimage.gaussian_filter(ink, blur) for blur in (SOFT, FINE, WIDELY)]
     seen = _seen(blurred, at, page, rig, vertices, camera)
@@ -161,7 +162,9 @@ def fit_beard(
     return replace(found, colour=float(DARK + (1 - DARK) * tone), curl=0.8 if curly else 0.0)
 
 
-def with_beard(page: PageHair, beard: Beard, rig: FaceRig, vertices: NDArray, camera: Camera) -> PageHair:
+def with_beard(
+    page: PageHair, beard: Beard, rig: FaceRig, vertices: NDArray, camera: Camera
+) -> PageHair:
     """The page of hair with the cells that a beard takes."""
     cells, _ = _places(page, rig, vertices, camera)
     roots = roots_of(rig)
@@ -188,10 +191,10 @@ def _seen(
     rest = rig.neutral()
     across = np.einsum("kc,kc->k", roots.weight[:PLACES], rest[roots.index[:PLACES], 0])
     inside = ((cells > 0) & (cells < np.array(page.hair.shape[::-1]) - 1)).all(axis=1)
+    soft, fine, wide = (_at(picture, cells) for picture in blurred)
     return _Seen(
         roots.place[:PLACES], roots.above[:PLACES], across, cells, inside & (facing > FACING),
-        inside & (facing > GRAZING), *(_at(picture, cells) for picture in blurred),
-        _odds(at, page.pixels(cells)),
+        inside & (facing > GRAZING), soft, fine, wide, _odds(at, page.pixels(cells)),
     )  # fmt: skip
 
 
@@ -248,7 +251,7 @@ def _cover(seen: _Seen, odds: float, chin: float, cheek: float) -> NDArray[np.fl
 
 
 def _bare(seen: _Seen) -> NDArray[np.float64]:
-    """(k,) what speaks against a beard where there is paper, if one is drawn densely on the chin."""
+    """(k,) what speaks against a beard where paper is, if one is drawn densely on the chin."""
     chin, cheek = (seen.mean(name, seen.wide, 0.1) for name in ("chin", "cheek"))
     if chin - cheek < DENSE:
         return np.zeros(len(seen.wide))
@@ -267,7 +270,7 @@ def _reach(
     seen: _Seen, soft: NDArray, at: At, page: PageHair, rig: FaceRig, vertices: NDArray,
     camera: Camera, usual: tuple[float, float, float],
 ) -> NDArray[np.float64]:  # fmt: skip
-    """(COLUMNS,) metres that a beard goes on below the jaw, as far as one is drawn without a gap."""
+    """(COLUMNS,) metres that a beard goes on below the jaw, as far as it is drawn without a gap."""
     down = _down(page, rig, vertices, camera)
     rim = (seen.place[:, 0] < 0.45) & (np.abs(seen.place[:, 1]) < 0.006)
     steps = np.arange(STEP, BELOW, STEP)

@@ -188,9 +188,7 @@ def _covered(cells: NDArray, size: tuple[int, int], gap: int = 3) -> NDArray[np.
     return found[gap + 1 : -gap - 1, gap + 1 : -gap - 1]
 
 
-def _grid(
-    vertices: NDArray, camera: Camera, shape: tuple[int, ...]
-) -> tuple[Box, tuple[int, int]]:
+def _grid(vertices: NDArray, camera: Camera, shape: tuple[int, ...]) -> tuple[Box, tuple[int, int]]:
     """The part of the page that is looked at, and its cells across and down."""
     pixels = camera.project(vertices)
     head = HEAD * camera.scale[0]
@@ -363,9 +361,7 @@ def _spread(odds: NDArray, ink: NDArray) -> NDArray[np.bool_]:
     return x > 0.5
 
 
-def _pieces(
-    found: NDArray, share: NDArray, near: NDArray, least: float
-) -> NDArray[np.bool_]:
+def _pieces(found: NDArray, share: NDArray, near: NDArray, least: float) -> NDArray[np.bool_]:
     """(h, w) the pieces that are large enough (square heads), likely enough, and near enough."""
     label, count = ndimage.label(found)
     if not count:

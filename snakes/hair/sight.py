@@ -190,9 +190,7 @@ class Sight:
         cut[at[edge]] = True
         return Outline(far[:-1], cut[:-1])
 
-    def shortfall(
-        self, hair: Shell, outline: Outline
-    ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    def shortfall(self, hair: Shell, outline: Outline) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Where a surface's own outline is, and how far the region reaches beyond it.
 
         Returns (m,) azimuth and share of the way from parting to edge, (m,) metres, and whether

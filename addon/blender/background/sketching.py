@@ -91,7 +91,12 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             options = pipeline.FitOptions(**values, pins=pins)
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
-            _ = fit.contour_error_px, fit.unmatched, fit.hair, fit.beard  # here, where nobody waits for them
+            _ = (
+                fit.contour_error_px,
+                fit.unmatched,
+                fit.hair,
+                fit.beard,
+            )  # here, where nobody waits for them
             drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
             looked = [
                 how != "ignore" and options.method != "thesis"

@@ -9,11 +9,11 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from facs_rig import load_rig
+from facs_rig.blender.beard import beard_of
+from facs_rig.blender.beard_files import moving
 from facs_rig.blender.files import not_moving, span_of, write_moving, write_shown_fbx
 from facs_rig.blender.hair import hair_of
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
-from facs_rig.blender.beard import beard_of
-from facs_rig.blender.beard_files import moving
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
 from facs_rig.common.errors import InputError

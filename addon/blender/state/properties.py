@@ -163,7 +163,8 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
 
 
 FIT_SETTINGS = (
-    "method", "exaggerate", "hair", "beard", "strokes", "stroke_profile", "stroke_depth", "stroke_width",
+    "method", "exaggerate", "hair", "beard", "strokes", "stroke_profile", "stroke_depth",
+    "stroke_width",
 )  # fmt: skip
 
 
