@@ -21,9 +21,9 @@ COVERED = 0.35
 """How thick a beard grows from which on it has a coat."""
 LEAST = 0.006
 """Metres of hairs up to which skin is meant to be seen between them."""
-THICK, SUNK = 0.22, 0.0012
+THICK, SUNK = 0.12, 0.0012
 """Share of the hairs' length that a coat stands off, and metres that its rim lies in the skin."""
-MOST = 0.004
+MOST = 0.0014
 """Metres that it stands off at most."""
 
 

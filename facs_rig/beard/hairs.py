@@ -33,7 +33,7 @@ CHEEKS, SHORTER = (0.02, 0.055), 0.5
 latter."""
 FREE = 0.0004
 """Metres that a hair keeps off the skin at least."""
-OPEN = 0.0035
+OPEN = 0.0055
 """Metres over the line of the mouth that a moustache ends."""
 LOCKS = 9
 """Hairs to a lock of a long beard."""
