@@ -52,7 +52,7 @@ def main(arguments: list[str] | None = None) -> int:
         shards = generate(
             options.count, options.out, seed=options.seed, engine=options.engine,
             jobs=options.jobs, resume=options.resume, scheme=options.scheme,
-            strokes=options.strokes, meshes=options.meshes, progress=Line(),
+            strokes=options.strokes, meshes=options.meshes, hair=options.hair, progress=Line(),
         )  # fmt: skip
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -86,6 +86,7 @@ def parser() -> argparse.ArgumentParser:
     engines = "freestyle (default), contours or conventions"
     out.add_argument("--engine", default="freestyle", help=engines)
     out.add_argument("--scheme", default="people", help="how faces are sampled (default people)")
+    out.add_argument("--hair", type=float, default=0.75, help="share of faces that wear hair")
     out.add_argument("--jobs", type=int, default=1, help="how many processes (default 1)")
     out.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     out.add_argument("--strokes", action="store_true", help="keep the coordinates of the lines")

@@ -175,7 +175,10 @@ def _holds(path: Path, indices: range, recipe: Recipe) -> bool:
         raise ShardError("no samples")
     first = record_of(path, names[0], files[0][1])
     try:
-        made = Recipe(first["seed"], first["scheme"], first["engine"], "strokes" in first, meshes)
+        made = Recipe(
+            first["seed"], first["scheme"], first["engine"], "strokes" in first, meshes,
+            first.get("haired", 0.0),
+        )  # fmt: skip
     except KeyError:
         raise ShardError("not a sample of ours") from None
     if made != recipe:
@@ -208,7 +211,7 @@ def _named(recipe: Recipe) -> str:
     strokes, meshes = ("with" if kept else "without" for kept in (recipe.strokes, recipe.meshes))
     return (
         f"seed {recipe.seed}, scheme {recipe.scheme}, engine {recipe.engine}, "
-        f"{strokes} strokes, {meshes} meshes"
+        f"hair {recipe.hair:g}, {strokes} strokes, {meshes} meshes"
     )
 
 

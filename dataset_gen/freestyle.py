@@ -21,7 +21,7 @@ from facs_rig.mesh import vertex_normals
 from facs_rig.raster import Buffers
 
 from .freestyle_view_map import InputError, Nature, ViewMap, version, view_map
-from .linework.hidden import BIAS, DIP, LIFT, Scene
+from .linework.hidden import BIAS, DIP, LIFT, Cover, Scene
 from .linework.lines import LEAST, LEAST_ANGLE, Surface, draw_strokes
 from .linework.strokes import LineSet, Stroke, cut
 from .linework.topology import FaceTopology, face_topology
@@ -50,11 +50,13 @@ def freestyle_strokes(
     detail: int = 1,
     layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip"),
     kinds: tuple[str, ...] = ("contour", "suggestive"),
+    cover: Cover | None = None,
 ) -> list[Stroke]:
     """All visible strokes of a posed face as `draw_strokes` gives them, found by Freestyle.
 
     vertices : (n, 3) metres, from `rig.pose`;  detail : 0, 1 or 2, an index into DETAILS;
-    layers : which surface strokes to add;  kinds : which of KINDS to draw
+    layers : which surface strokes to add;  kinds : which of KINDS to draw;  cover : what is worn,
+    which hides what Freestyle finds, and whose own lines are not Freestyle's
 
     Freestyle's curvature is a sum over the triangles around a vertex that is not divided by their
     area, so that its derivative says as much about the mesh as about the face. What is drawn at
@@ -66,7 +68,7 @@ def freestyle_strokes(
     """
     for kind in set(kinds) - set(KINDS):
         raise InputError(f"Freestyle draws no '{kind}'; it has: {', '.join(KINDS)}")
-    painted = draw_strokes(rig, vertices, camera, detail, layers, kinds=())
+    painted = draw_strokes(rig, vertices, camera, detail, layers, kinds=(), cover=cover)
     face = face_topology(rig)
     curves = [rig.curves[layer] for layer in layers if layer in rig.curves]
     shells = [(c.points(vertices), c.triangles) for c in curves if len(c.triangles)]
@@ -77,7 +79,7 @@ def freestyle_strokes(
     used[triangles] = True
     near = np.flatnonzero(used[face.solid.triangles].all(axis=1))
     surface = Surface(vertices, face.solid, face.skin, camera)
-    scene = Scene.of(surface.vertices, face.solid.triangles, camera, shells)
+    scene = Scene.of(surface.vertices, face.solid.triangles, camera, shells, cover)
     strokes = []
     for lines, free in _line_sets(surface, face, near, found, kinds, detail):
         pixels, seen, nearly = _seen(lines, free, scene)
@@ -205,8 +207,9 @@ def _seen(lines: LineSet, free: NDArray, scene: Scene) -> tuple[NDArray, NDArray
     pixels = camera.project(lines.points)
     inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
     above = lines.points + LIFT * lines.normals
-    behind = scene.topmost(above)[0] - above[:, 2]
-    touching, nearly = (lines.shown & (behind <= depth) for depth in (BIAS, DIP))
+    depth, owner = scene.topmost(above)
+    behind, inside = depth - above[:, 2], inside & (owner < scene.face)
+    touching, nearly = (lines.shown & (behind <= least) for least in (BIAS, DIP))
     return pixels, inside & (free | touching), inside & (free | nearly)
 
 

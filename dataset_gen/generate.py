@@ -23,6 +23,7 @@ from facs_rig.common.files import OutputError, reason_of
 
 from . import cluster
 from .folder import MANIFEST, UNFINISHED, digest, kept, opened, same_versions, write_manifest
+from .hairdo import HAIR as HAIRED
 from .samples import ENGINES, SIZE, Recipe, make_sample
 from .sampling import DEFAULT
 from .shards import read_meshes, read_shards, versions, write_shard
@@ -48,6 +49,7 @@ def generate(
     strokes: bool = False,
     meshes: bool = False,
     dask: str | None = None,
+    hair: float = HAIRED,
     progress: Progress | None = None,
 ) -> list[Path]:
     """Write a data set of `count` samples into the folder `out`; returns its shards.
@@ -55,9 +57,11 @@ def generate(
     With `resume`, whole shards of an earlier run with the same seed are kept, each compared with
     its checksum; with `strokes`, the samples keep the coordinates of what was drawn; with `meshes`,
     the posed mesh. `dask` is the address of a scheduler, tcp://HOST:PORT, whose workers make the
-    shards instead of `jobs` processes here. Raises InputError for impossible arguments, for a
-    folder that holds anything (when resuming: anything else), for damaged shards, for a disk that
-    cannot be written, and for a cluster that is not there, differs from this computer, or is lost.
+    shards instead of `jobs` processes here; `hair` the share of faces that wear a head of hair
+    (of the schemes people and felt, not by conventions). Raises InputError for impossible
+    arguments, for a folder that holds anything (when resuming: anything else), for damaged shards,
+    for a disk that cannot be written, and for a cluster that is not there, differs from this
+    computer, or is lost.
     """
     if count < 1:
         raise InputError(f"--count must be at least 1, got {count}")
@@ -73,7 +77,7 @@ def generate(
         )
     if not os.fspath(out):
         raise InputError("--out needs the name of a folder, got ''")
-    recipe = Recipe(seed, scheme, engine, strokes, meshes)
+    recipe = Recipe(seed, scheme, engine, strokes, meshes, hair)
     recipe.check()
     out = Path(out)
     plan = {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceRig
 
+from .hair_area import Area
 from .linework.ink import ink
 from .linework.marks import loosen
 from .linework.paper import through, tilt_matrix
@@ -39,16 +40,19 @@ def draw_page(
     camera: Camera,
     style: Style,
     rng: np.random.Generator,
+    hair: Area | None = None,
 ) -> Page:
     """A face's strokes, from either engine, as a drawing of this style in the camera's pixels.
 
     vertices : (n, 3) metres, the posed face, for the hatches, shade and lines that the style adds.
+    hair : what lies over it
     """
+    covered = None if hair is None else hair.mask
     marks = construction(rig, vertices, camera) if style.construction else []
-    marks += hatches(rig, vertices, camera, style, rng)
+    marks += hatches(rig, vertices, camera, style, rng, covered)
     matrix = tilt_matrix(style, camera.width, camera.height)
     drawn = loosen([*marks, *strokes], style, rng)
-    tone = graphite(rig, vertices, camera, style)
+    tone = graphite(rig, vertices, camera, style, hair)
     if any(style.tilt):
         drawn = [replace(stroke, points=through(matrix, stroke.points)) for stroke in drawn]
         tone = None if tone is None else tilted(tone, matrix)

@@ -54,6 +54,11 @@ def sample_rng(seed: int, index: int) -> np.random.Generator:
     return np.random.default_rng([seed, index])
 
 
+def second_rng(seed: int, index: int) -> np.random.Generator:
+    """The generator of how sample `index` is drawn, beside the face and its style."""
+    return np.random.default_rng([seed, index, 1])
+
+
 def sample_face(
     rig: FaceRig,
     rng: np.random.Generator,

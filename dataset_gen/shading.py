@@ -33,11 +33,13 @@ TURN = np.linspace(0, 2 * np.pi, 90)
 
 
 def hatches(
-    rig: FaceRig, vertices: NDArray, camera: Camera, style: Style, rng: np.random.Generator
-) -> list[Stroke]:
+    rig: FaceRig, vertices: NDArray, camera: Camera, style: Style, rng: np.random.Generator,
+    covered: NDArray | None = None,
+) -> list[Stroke]:  # fmt: skip
     """Strokes of kind "hatch" in the shade of a posed face (n, 3), in pixels of `camera`.
 
     `style.hatching` says how much of the face is in shade, `style.light` where the light is.
+    covered : (h, w) bool, pixels of what lies over the face
     """
     if not style.hatching:
         return []
@@ -86,6 +88,12 @@ def hatches(
     drawn = inside[i, k] & inside[i, k - 1] & (dark > least)
     drawn[1:] &= np.abs(np.diff(across_at, axis=0)) < 1.3 * STEP
     drawn[1:] &= np.abs(np.diff(z, axis=0)) < JUMP
+    if covered is not None:
+        place = middle + p[:, None, None] * along + across_at[..., None] * across
+        column, row = (
+            np.clip(place[..., k].astype(np.int64), 0, covered.shape[1 - k] - 1) for k in (0, 1)
+        )
+        drawn &= ~covered[row, column]
     runs = np.zeros((len(levels), len(p) + 2), np.int8)
     runs[:, 1:-1] = drawn.T
     edges = np.flatnonzero(np.diff(runs.ravel()))

@@ -38,8 +38,9 @@ def fill(file: BinaryIO, indices: range, recipe: Recipe) -> None:
         for index in indices:
             go_on()
             picture, meta = make_sample(
-                recipe.seed, index, SIZE, recipe.scheme, recipe.engine, recipe.strokes
-            )
+                recipe.seed, index, SIZE, recipe.scheme, recipe.engine, recipe.strokes,
+                hair=recipe.hair,
+            )  # fmt: skip
             buffer = io.BytesIO()
             # run lengths: half the time and smaller than zlib's own way, for lines on paper
             Image.fromarray(picture).save(buffer, format="PNG", compress_type=zlib.Z_RLE)

@@ -11,22 +11,26 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from facs_rig import Camera, FaceRig
 
+from .hair_area import Area
 from .linework.paper import grained
 from .linework.style import Style
 from .shading import cell_size, known, light_on, skin_depth
 
 WITHIN, EDGE = 0.58, 6.0  # of cells of skin, blurred: where shade begins, how soon it is full
 DARKEST = 0.8  # of the deepest shade, where graphite is 1
+HAIR_EDGE = 1.2  # pixels over which the shade of hair begins
 LIT = 0.7  # share of the face that the light reaches so far that it stays white
 HOLLOW, DEEP = 2.2, 0.5  # cells: how wide a hollow is looked for, how deep a dark one is
 Floats = NDArray[np.float32]
 
 
-def graphite(rig: FaceRig, vertices: NDArray, camera: Camera, style: Style) -> Floats | None:
+def graphite(
+    rig: FaceRig, vertices: NDArray, camera: Camera, style: Style, hair: Area | None = None
+) -> Floats | None:
     """Darkness (h, w) 0..1 of the shade on a posed face (n, 3), in pixels of `camera`, or None.
 
     `style.graphite` says how dark, `style.light` where the light is, `style.smudge` whether the
-    tooth of the paper shows in it or it is rubbed smooth.
+    tooth of the paper shows in it or it is rubbed smooth. hair : what lies over the face
     """
     if not style.graphite:
         return None
@@ -48,6 +52,9 @@ def graphite(rig: FaceRig, vertices: NDArray, camera: Camera, style: Style) -> F
         for values in (dark, gaussian_filter(skin.astype(float), 0.8))
     )
     tone *= np.clip(EDGE * (inside - WITHIN), 0, 1) * np.float32(DARKEST * style.graphite)
+    if hair is not None:
+        over = gaussian_filter(hair.mask.astype(np.float32), HAIR_EDGE)
+        tone += over * (np.float32(DARKEST * style.graphite) * hair.dark - tone)
     return grained(tone, replace(style, grain=1 - style.smudge))
 
 

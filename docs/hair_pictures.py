@@ -1,4 +1,4 @@
-"""The pictures of the heads of hair for docs/hair.md."""
+"""The pictures of the heads of hair for docs/hair.md, and of drawings of them for dataset.md."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from addon.preview import paint
 from addon.sheet import Picture, captioned, grid, seen_from
+from dataset_gen.generate import make_sample
 from facs_rig import Camera, FaceRig, load_rig
 from facs_rig.hair.cut import Cut
 from facs_rig.hair.mesh import hair_mesh
@@ -37,6 +38,20 @@ def heads_of_hair(
             text = name.replace("_", " ") + (f", {who}" if who else "")
             blocks.append(captioned(np.concatenate(row, axis=1), text))
     return grid(blocks, columns, gap=8)
+
+
+def drawn_hair(each: int = 2, seed: int = 0, columns: int = 6) -> Picture:
+    """The first drawings of a data set that wear each preset, named, and how it is drawn."""
+    found: dict[str, list[Picture]] = {name: [] for name in PRESETS}
+    index = 0
+    while min(map(len, found.values())) < each:
+        drawing, record = make_sample(seed, index, hair=1.0)
+        hair, index = record["hair"], index + 1
+        if len(found[hair["preset"]]) < each:
+            text = f"{hair['preset'].replace('_', ' ')}: {hair['finish']}"
+            cell = np.repeat(drawing[:, :, None], 3, axis=2)
+            found[hair["preset"]].append(captioned(cell, text, 15))
+    return grid([cell for cells in found.values() for cell in cells], columns, gap=6)
 
 
 def picture(

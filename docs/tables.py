@@ -21,10 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dataset_gen.generate import SIZE
+from dataset_gen.hairdo import FINISHES, HAIR, WORN
 from dataset_gen.linework.lines import DETAILS, KINDS
 from dataset_gen.linework.style import Style
-from dataset_gen.sampling import Sample, sample_face, sample_rng
-from dataset_gen.styles import HAIR, LAYER_ODDS, LOOKS, PAPERS
+from dataset_gen.samples import hairdo_of
+from dataset_gen.sampling import Sample, sample_face, sample_rng, second_rng
+from dataset_gen.styles import HAIR as OLD_CUTS
+from dataset_gen.styles import LAYER_ODDS, LOOKS, PAPERS
 from facs_rig import (
     CONTROL_NAMES,
     CONTROLS,
@@ -374,14 +377,14 @@ def sampled_pages() -> str:
         return ", ".join(f"{name} {100 * count[name] / total:.0f} %" for name in order)
 
     far = np.array([sample.camera.distance for sample in samples])
-    hair = [layer & {*HAIR} for layer in layers]
+    hair = [layer & {*OLD_CUTS} for layer in layers]
     rows = {
         "level of detail": shares((DETAILS[sample.detail] for sample in samples), DETAILS),
         "look": shares((style.look for style in styles), LOOKS),
         "paper": shares((paper_of(style) for style in styles), PAPERS),
         "layers": ", ".join(f"{a} {percent(a in layer for layer in layers)}" for a in LAYER_ODDS),
-        "hair": f"{percent(map(bool, hair))} ("
-        + ", ".join(f"{a.removeprefix('hair_')} {percent(a in h for h in hair)}" for a in HAIR)
+        "simple cuts, with `--hair 0` and in older schemes": f"{percent(map(bool, hair))} ("
+        + ", ".join(f"{a.removeprefix('hair_')} {percent(a in h for h in hair)}" for a in OLD_CUTS)
         + ")",
         "hatching; graphite; construction lines": "; ".join(
             percent(getattr(s, name) > 0 for s in styles)
@@ -392,6 +395,22 @@ def sampled_pages() -> str:
         "metres; the others orthographic",
     }
     return "\n".join(["| | |", "|---|---|", *(f"| {a} | {b} |" for a, b in rows.items())])
+
+
+def sampled_hair() -> str:
+    """Who wears which head of hair, and how it is drawn."""
+    samples = drawn("people")
+    worn = [hairdo_of(sample, HAIR, second_rng(0, k)) for k, sample in enumerate(samples)]
+    man = np.array([sample.parameters.identity["gender"] for sample in samples])
+    groups = [man < 1 / 3, (man >= 1 / 3) & (man < 2 / 3), man >= 2 / 3]
+    names = np.array([hairdo.preset if hairdo else "none" for hairdo in worn])
+    rows = ["| of | women | in between | men |", "|---|---|---|---|"]
+    for name in ("none", *WORN):
+        shares = [f"{100 * np.mean(names[group] == name):.0f} %" for group in groups]
+        rows.append(f"| {name.replace('_', ' ')} | {' | '.join(shares)} |")
+    finish = [hairdo.finish for hairdo in worn if hairdo]
+    ways = ", ".join(f"{way} {percent(f == way for f in finish)}" for way in (*FINISHES, "curls"))
+    return "\n".join(rows) + f"\n\nOf the hair {ways}."
 
 
 def sampled_kinds() -> str:
@@ -411,7 +430,7 @@ TABLES = {
     "manual/fit.md": (tweakables,),
     "face.md": (controls, words, identity, numbers),
     "dataset.md": (sampled_actions, sampled_controls, sampled_angles, sampled_people, sampled_faces,
-                   sampled_kinds, sampled_pages),
+                   sampled_hair, sampled_kinds, sampled_pages),
 }  # fmt: skip
 
 

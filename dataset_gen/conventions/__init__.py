@@ -29,7 +29,7 @@ from .head import (
 from .mouth import draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
-from .sitter import sit
+from .sitter import face_outline, sit
 
 __all__ = [
     "CONVENTIONS", "HIDES", "MANNERS", "Artist", "draw_by_convention", "face_outline",
@@ -42,13 +42,6 @@ def zoomed(camera: Camera, room: float) -> Camera:
     w, h = camera.width, camera.height
     across, down = (room - 1) * w, (room - 1) * h
     return camera.cropped(-across / 2, -0.47 * down, w + across / 2, h + 0.53 * down, w, h)
-
-
-def face_outline(
-    rig: FaceRig, vertices: NDArray, camera: Camera, parameters: FaceParameters
-) -> NDArray[np.float64]:
-    """The outline (k, 2), in pixels of `camera`, of a posed face within its jaw and hairline."""
-    return sit(rig, vertices, camera, parameters, Artist()).face
 
 
 def draw_by_convention(

@@ -92,14 +92,7 @@ def sit(
     points = np.einsum("kc,kcd->kd", places.weight, vertices[places.index])
     flat = camera.project(points).astype(float)
     facing = (places.normals @ axes)[:, 2] > SEEN
-    eyes = [places.curves["landmarks"].start + LANDMARKS.index(f"pupil_{s}") for s in SIDES]
-    origin, near = flat[eyes].mean(axis=0), float(camera.relative_depth(points[eyes]).mean())
-    up = axes[1, :2] * [1, -1]
-    down = -up / max(float(np.hypot(*up)), 1e-9)
-    frame = Frame(
-        origin, np.array([down[1], -down[0]]), down, float(np.mean(camera.scale)) * UNIT / near,
-        float(axes[2, 0]),
-    )  # fmt: skip
+    frame = _frame(axes, points[_eyes(places)], camera)
     rest = flat
     if artist.overdo > 1 and any(parameters.aus.values()):
         resting = rig.pose(replace(parameters, aus={}))
@@ -130,6 +123,35 @@ def sit(
     )  # fmt: skip
 
 
+def face_outline(rig: FaceRig, vertices: NDArray, camera: Camera) -> Points:
+    """The outline (RAYS, 2), in pixels, of a posed face within its jaw and hairline, as it is."""
+    places = places_of(rig)
+    eyes = _eyes(places)
+    pupils = np.einsum("kc,kcd->kd", places.weight[eyes], vertices[places.index[eyes]])
+    frame = _frame(_axes(rig, vertices), pupils, camera)
+    face = camera.project(vertices[places.face]).astype(float)
+    outline = _outline(face, (face.min(axis=0) + face.max(axis=0)) / 2, frame)
+    plain = Artist()
+    return frame.stretched(jaw_bent(outline, frame, plain), plain)
+
+
+def _eyes(places: Places) -> list[int]:
+    """Which of its points are the pupils."""
+    return [places.curves["landmarks"].start + LANDMARKS.index(f"pupil_{s}") for s in SIDES]
+
+
+def _frame(axes: NDArray, pupils: NDArray, camera: Camera) -> Frame:
+    """The frame of a head with these axes and pupils (2, 3)."""
+    origin = camera.project(pupils).astype(float).mean(axis=0)
+    near = float(camera.relative_depth(pupils).mean())
+    up = axes[1, :2] * [1, -1]
+    down = -up / max(float(np.hypot(*up)), 1e-9)
+    return Frame(
+        origin, np.array([down[1], -down[0]]), down, float(np.mean(camera.scale)) * UNIT / near,
+        float(axes[2, 0]),
+    )  # fmt: skip
+
+
 def _axes(rig: FaceRig, vertices: NDArray) -> NDArray[np.float64]:
     """(3, 3) the head's own axes x, y, z as rows."""
     curve = next(iter(rig.curves.values()))
@@ -156,24 +178,26 @@ def _outlines(
     places: Places, vertices: NDArray, camera: Camera, at: Frame
 ) -> tuple[Points, Points]:
     """The outlines (RAYS, 2) of the face and of the skull, about the middle of the face."""
-    face = camera.project(vertices[places.face]).astype(float)
-    head = camera.project(vertices[places.head]).astype(float)
+    face, head = (
+        camera.project(vertices[part]).astype(float) for part in (places.face, places.head)
+    )
     centre = (face.min(axis=0) + face.max(axis=0)) / 2
-    frame = np.stack([at.right, -at.down], axis=1)
+    return _outline(face, centre, at), _outline(np.concatenate([head, face]), centre, at)
+
+
+def _outline(points: NDArray, centre: NDArray, at: Frame) -> Points:
+    """(RAYS, 2) how far points (k, 2) reach from a centre."""
+    x, up = ((points - centre) @ np.stack([at.right, -at.down], axis=1)).T
+    ray = np.round(np.arctan2(x, up) / (2 * np.pi) * RAYS).astype(np.int64) % RAYS
+    far = np.zeros(RAYS)
+    np.maximum.at(far, ray, np.hypot(x, up))
+    known = np.flatnonzero(far > 0)
+    far = np.interp(np.arange(RAYS), known, far[known], period=RAYS)
+    wide = len(SOFT) // 2
+    padded = np.concatenate([far[-wide:], far, far[:wide]])
+    far = np.convolve(padded, SOFT, mode="valid")
     ways = np.sin(ANGLES)[:, None] * at.right - np.cos(ANGLES)[:, None] * at.down
-    out = []
-    for points in (face, np.concatenate([head, face])):
-        x, up = ((points - centre) @ frame).T
-        ray = np.round(np.arctan2(x, up) / (2 * np.pi) * RAYS).astype(np.int64) % RAYS
-        far = np.zeros(RAYS)
-        np.maximum.at(far, ray, np.hypot(x, up))
-        known = np.flatnonzero(far > 0)
-        far = np.interp(np.arange(RAYS), known, far[known], period=RAYS)
-        wide = len(SOFT) // 2
-        padded = np.concatenate([far[-wide:], far, far[:wide]])
-        far = np.convolve(padded, SOFT, mode="valid")
-        out.append(centre + far[:, None] * ways)
-    return out[0], out[1]
+    return centre + far[:, None] * ways
 
 
 def _around(points: NDArray, count: int = 30) -> Points:

@@ -17,32 +17,56 @@ from .strokes import LineSet, Stroke, cut
 # behind what is in front of it: its triangles are flat where the face is round.
 LIFT, BIAS = 0.0003, 0.0015
 LOOSE_BIAS = 0.0025  # the same of lines off the face: locks lie in the hair
+COVER_BIAS = 0.003  # the same of lines on what is worn, whose triangles are larger
 # A line that dips that far between two parts that are seen goes on: where lips press together.
 DIP = 0.003
 
 
 @dataclass(frozen=True)
+class Cover:
+    """What is worn on a face: it hides all of it that lies behind, and has lines of its own.
+
+    points : (p, 3) metres;  triangles : (t, 3) of a closed surface, turned outwards
+    lines : on it or off it, whole
+    """
+
+    points: NDArray
+    triangles: NDArray
+    lines: list[LineSet]
+
+
+@dataclass(frozen=True)
 class Scene:
-    """What hides lines: triangles (t, 3) that face the camera, over vertices (n, 3) in metres."""
+    """What hides lines: triangles (t, 3) that face the camera, over vertices (n, 3) in metres.
+
+    face : how many of the triangles, the first, are no cover's
+    """
 
     vertices: NDArray
     triangles: NDArray
     pixels: NDArray
     camera: Camera
+    face: int
 
     @classmethod
     def of(
         cls, vertices: NDArray, triangles: NDArray, camera: Camera,
-        shells: list[tuple[NDArray, NDArray]],
+        shells: list[tuple[NDArray, NDArray]], cover: Cover | None = None,
     ) -> Scene:  # fmt: skip
         """A face and `shells` of hair, (points, triangles), which hide from both sides."""
         for points, shell in shells:
             both = np.concatenate([shell, shell[:, ::-1]]) + len(vertices)
             triangles = np.concatenate([triangles, both.astype(triangles.dtype)])
             vertices = np.concatenate([vertices, points])
+        face = len(triangles)
+        if cover is not None:
+            more = (cover.triangles + len(vertices)).astype(triangles.dtype)
+            triangles = np.concatenate([triangles, more])
+            vertices = np.concatenate([vertices, cover.points])
         return cls(
-            ready(vertices), ready(triangles, np.int32), ready(camera.project(vertices)), camera
-        )
+            ready(vertices), ready(triangles, np.int32), ready(camera.project(vertices)), camera,
+            face,
+        )  # fmt: skip
 
     def topmost(self, points: NDArray) -> tuple[NDArray, NDArray]:
         """Depth (p,) in metres and number (p,) of the triangle that is seen over points (p, 3).
@@ -53,8 +77,15 @@ class Scene:
         return kernels().topmost(self.pixels, ready(self.vertices[:, 2]), self.triangles, at)
 
 
-def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[Stroke]:
-    """What the camera sees of lines; eyes : (t,) bool, triangles on which irises are painted."""
+def visible_strokes(
+    sets: list[LineSet], scene: Scene, eyes: NDArray, cover: Cover | None = None
+) -> list[Stroke]:
+    """What the camera sees of lines; eyes : (t,) bool, triangles on which irises are painted.
+
+    cover : the scene's, whose lines are seen as well
+    """
+    bare = len(sets)
+    sets = sets if cover is None else sets + cover.lines
     if not sets:
         return []
     camera = scene.camera
@@ -68,15 +99,23 @@ def visible_strokes(sets: list[LineSet], scene: Scene, eyes: NDArray) -> list[St
     depth, owner = scene.topmost(above[asked])
     behind = np.full(len(points), np.inf)
     behind[asked] = depth - above[asked, 2]
+    under = np.zeros(len(points), dtype=bool)
+    under[asked] = owner >= scene.face
     on_eye = np.zeros(len(points), dtype=bool)
     on_eye[asked] = np.append(eyes, np.zeros(len(scene.triangles) - len(eyes) + 1, bool))[owner]
     seen, nearly = np.zeros((2, len(points)), dtype=bool)
     start = 0
-    for line in sets:
+    for k, line in enumerate(sets):
         part = slice(start, start + len(line.points))
         start = part.stop
+        if k >= bare:
+            seen[part] = nearly[part] = behind[part] <= COVER_BIAS
+            continue
         bias = BIAS if line.normals.any() else LOOSE_BIAS
         seen[part], nearly[part] = behind[part] <= bias, behind[part] <= DIP
+        # However thin a cover is, nothing under it is seen.
+        seen[part] &= ~under[part]
+        nearly[part] &= ~under[part]
         if line.kind in ("iris", "pupil"):  # the lids are thinner than the bias
             seen[part] &= on_eye[part]
             nearly[part] &= on_eye[part]

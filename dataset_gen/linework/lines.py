@@ -32,7 +32,7 @@ from .curvature import (
     ready,
     rise,
 )
-from .hidden import Scene, visible_strokes
+from .hidden import Cover, Scene, visible_strokes
 from .kernels import kernels
 from .layers import curve_lines, painted_lines
 from .strokes import LineSet, Stroke
@@ -76,12 +76,14 @@ def draw_strokes(
     detail: int = 1,
     layers: tuple[str, ...] = ("brow", "iris", "pupil", "lip"),
     kinds: tuple[str, ...] = ("contour", "suggestive"),
+    cover: Cover | None = None,
 ) -> list[Stroke]:
     """All visible strokes of a posed face, in pixels of `camera`.
 
     vertices : (n, 3) metres, from `rig.pose`;  detail : 0, 1 or 2, an index into DETAILS;
     layers : which surface strokes to add: those of rig.strokes by the first word of their name,
-    and any of rig.curves. Hair hides what lies behind it. kinds : which of KINDS to draw.
+    and any of rig.curves. Hair hides what lies behind it. kinds : which of KINDS to draw;
+    cover : what is worn
 
     Raises InputError for an unknown layer or kind, ValueError for another level of detail.
     """
@@ -98,7 +100,7 @@ def draw_strokes(
     shells = [(places[layer], curve.triangles) for layer, curve in curves.items()]
     shells = [shell for shell in shells if len(shell[1])]
     vertices = ready(vertices)
-    scene = Scene.of(vertices, topology.solid.triangles, camera, shells)
+    scene = Scene.of(vertices, topology.solid.triangles, camera, shells, cover)
     surface = Surface(vertices, topology.solid, topology.skin, camera)
 
     sets = [
@@ -108,7 +110,7 @@ def draw_strokes(
     sets += painted_lines(rig, vertices, surface.normals, topology, layers)
     for layer, curve in curves.items():
         sets += curve_lines(layer, curve, places[layer], topology, camera)
-    return visible_strokes(sets, scene, topology.eyes)
+    return visible_strokes(sets, scene, topology.eyes, cover)
 
 
 class Surface:

@@ -47,11 +47,11 @@ def bind(points: NDArray, rig: FaceRig, identity: Mapping[str, float] | None = N
     """
     is_shape(np.asarray(points), (None, 3), "points")
     vertices = rig.neutral(identity)
-    scalp = _scalp(rig)
-    away, near = cKDTree(vertices[scalp]).query(points, NEAREST)
+    over = scalp(rig)
+    away, near = cKDTree(vertices[over]).query(points, NEAREST)
     weight = 1 / (away + SOFT)
     weight /= weight.sum(axis=1, keepdims=True)
-    index = scalp[near]
+    index = over[near]
     # The nape follows the head in part: axes that hang on it would shear the hair.
     anchors, axes = head_frame(rig.neutral(), rig.parts["skin"] & (rig.weights >= 1).all(axis=1))
     lift = points - np.einsum("kc,kcd->kd", weight, vertices[index])
@@ -63,7 +63,7 @@ def bind(points: NDArray, rig: FaceRig, identity: Mapping[str, float] | None = N
     )  # fmt: skip
 
 
-def _scalp(rig: FaceRig) -> NDArray[np.intp]:
+def scalp(rig: FaceRig) -> NDArray[np.intp]:
     """The vertices of the skull behind the forehead and above the ears, which no action moves."""
     rest = rig.neutral()
     skin = rig.parts["skin"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ WIDEST = 0.31  # height at which a skull is widest, as a share of eyes to crown
 FALLS_CLEAR = 3  # steps of height by which what falls keeps off what is above and below
 EAR_MOVES = 3e-4  # metres that a vertex of the ear moves when ears stand out
 KEPT = 16  # persons whose heads are remembered
+# Depth (h, w) of the nearest surface, -inf where none is, of vertices (n, 3), triangles, camera.
+Depths = Callable[[NDArray, NDArray, Camera], NDArray]
 
 
 @dataclass(frozen=True)
@@ -89,27 +91,28 @@ def _heads(rig: FaceRig) -> dict[tuple, Head]:
 
 @derived
 def _outside(rig: FaceRig) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Triangles of the skin but for the mouth's lining, and those of them that are no ear's.
+    """Triangles of the skin but for the mouth's lining: those that are no ear's, and the ears'.
 
-    Of the medium level, where there is one: hair keeps more off than the finest detail is high.
+    Of the full face those of the medium level: hair keeps more off than the finest detail is high.
     """
     triangles = rig.triangles
-    if "medium" in rig.lighter:
+    if rig.level == "full":
         corners, starts = rig.lighter["medium"]
         triangles = triangulate(rig.texture.vertices[corners], starts)
     skin = painted(rig).material != MATERIAL_NAMES.index("mouth")
     skin &= rig.parts["skin"]
     ears = np.linalg.norm(rig.neutral({"ear_wing": 1.0}) - rig.neutral(), axis=1) > EAR_MOVES
     skin, ears = (of[triangles].any(axis=1) for of in (skin, ears))
-    return triangles[skin], triangles[skin & ~ears]
+    return triangles[skin & ~ears], triangles[skin & ears]
 
 
-def measured(rig: FaceRig, vertices: NDArray) -> Head:
+def measured(rig: FaceRig, vertices: NDArray, depths: Depths | None = None) -> Head:
     """The head of a face without expression, upright: vertices (n, 3) metres.
 
     The skin is rasterised as it looks unrolled, once around its middle and once around its axis,
-    with its distance for a depth.
+    with its distance for a depth. depths : what rasterises, if not facs_rig.raster
     """
+    depths = depths or _depths
     vertices = is_shape(np.asarray(vertices, dtype=np.float64), (rig.n_vertices, 3), "vertices")
     place = landmark_points(rig, vertices)
     skin = vertices[rig.parts["skin"]]
@@ -119,7 +122,7 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     back = skin[skin[:, 1] > low][:, 2].min()
     middle = np.array([eyes[0], eyes[1] + WIDEST * above, (place["forehead"][2] + back) / 2])
 
-    whole, bare = _outside(rig)
+    bare, ear = _outside(rig)
     away = vertices - middle
     azimuth, level = np.arctan2(away[:, 0], away[:, 2]), np.hypot(away[:, 0], away[:, 2])
     elevation = np.arctan2(away[:, 1], level)
@@ -129,10 +132,8 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     heights = (metres + 2 * below) / step
     far = np.linalg.norm(away, axis=1)
 
-    axis = _filled(_unrolled(azimuth, heights, level, bare, HIGH))
-    ears = np.fmax(_unrolled(azimuth, heights, level, whole, HIGH), axis)
-    skull = _filled(_unrolled(azimuth, rays, far, bare, STEEP))
-    covered = np.fmax(_unrolled(azimuth, rays, far, whole, STEEP), skull)
+    axis, ears = _with_ears(azimuth, heights, level, bare, ear, HIGH, depths)
+    skull, covered = _with_ears(azimuth, rays, far, bare, ear, STEEP, depths)
     hull = maximum_filter1d(_softly_over(ears), 2 * FALLS_CLEAR + 1, axis=1, mode="nearest")
     hull = np.maximum(gaussian_filter1d(hull, FALLS_CLEAR / 2, axis=1, mode="nearest"), ears)
     # Below the chin hair rests on the neck and goes on down: shoulders are not there to hold it.
@@ -141,11 +142,27 @@ def measured(rig: FaceRig, vertices: NDArray) -> Head:
     return Head(eyes, middle, above, below, skull, _softly_over(covered), axis, hull)
 
 
+def _depths(points: NDArray, triangles: NDArray, camera: Camera) -> NDArray[np.float32]:
+    return rasterise(points, triangles, camera).depth
+
+
+def _with_ears(
+    azimuth: NDArray, row: NDArray, distance: NDArray, bare: NDArray, ear: NDArray, rows: int,
+    depths: Depths,
+) -> tuple[NDArray, NDArray]:  # fmt: skip
+    """(AROUND, rows) without gaps: the farthest of the skin without ears, and with them."""
+    skin, ears = (_unrolled(azimuth, row, distance, of, rows, depths) for of in (bare, ear))
+    closed = _filled(skin)
+    return closed, np.fmax(np.fmax(skin, ears), closed)
+
+
 def _unrolled(
-    azimuth: NDArray, row: NDArray, distance: NDArray, triangles: NDArray, rows: int
-) -> NDArray[np.float64]:
+    azimuth: NDArray, row: NDArray, distance: NDArray, triangles: NDArray, rows: int,
+    depths: Depths,
+) -> NDArray[np.float64]:  # fmt: skip
     """(AROUND, rows) the farthest of a surface by azimuth, from -pi, and row; nan where none is."""
-    seam = np.ptp(azimuth[triangles], axis=1) > np.pi
+    a, b, c = (azimuth[triangles[:, k]] for k in range(3))
+    seam = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c) > np.pi
     across = triangles[seam]
     n = len(azimuth)
     # What lies across the seam behind is laid out on both sides of it.
@@ -157,7 +174,7 @@ def _unrolled(
     points = np.stack([at * AROUND / (2 * np.pi), row[thrice], distance[thrice]], axis=1)
     laid = np.concatenate([triangles[~seam], back + n, back + n + len(used)])
     camera = Camera(AROUND, rows, (1.0, 1.0), (AROUND / 2 + 0.5, rows - 0.5))
-    depth = rasterise(points, laid, camera).depth[::-1].T.astype(np.float64)
+    depth = depths(points, laid, camera)[::-1].T.astype(np.float64)
     return np.where(np.isfinite(depth), depth, np.nan)
 
 
@@ -165,12 +182,13 @@ def _filled(table: NDArray) -> NDArray[np.float64]:
     """(a, r) a table with its gaps closed: around the head, and beyond the last row."""
     out = table.copy()
     position = np.arange(-AROUND, 2 * AROUND)
-    for row in out.T:
-        known = np.flatnonzero(np.isfinite(np.tile(row, 3)))
-        if len(known) < AROUND:  # less than a third is no outline
+    for row, finite in zip(out.T, np.isfinite(out).T, strict=True):
+        count = np.count_nonzero(finite)
+        if 3 * count < AROUND:  # less than a third is no outline
             row[:] = np.nan
-        else:
-            closed = np.interp(position, position[known], np.tile(row, 3)[known])
+        elif count < AROUND:
+            known = np.flatnonzero(np.concatenate([finite] * 3))
+            closed = np.interp(position, position[known], np.concatenate([row[finite]] * 3))
             row[:] = closed[AROUND : 2 * AROUND]
     whole = np.flatnonzero(np.isfinite(out).all(axis=0))
     nearest = whole[np.abs(np.arange(out.shape[1])[:, None] - whole).argmin(axis=1)]

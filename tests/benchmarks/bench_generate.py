@@ -4,8 +4,9 @@
 
 Prints the rate of `jobs` processes writing `shards` shards of 100 each, on every level of detail
 with the kinds of lines of that level (WAYS["levels"] of dataset_gen.linework.lines), and as the
-data set has them, all by lot; the time to start the processes is not counted. Budget: 50 a second
-on two cores at the middle level. With --freestyle also the rate of Blender's Freestyle (needs bpy).
+data set has them, all by lot, and the same without hair (--hair 0); the time to start the processes
+is not counted. Budget: 50 a second on two cores at the middle level. With --freestyle also the rate
+of Blender's Freestyle (needs bpy).
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from pathlib import Path  # noqa: E402
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from dataset_gen import samples  # noqa: E402
+from dataset_gen.hairdo import HAIR  # noqa: E402
 from dataset_gen.linework.lines import DETAILS, WAYS  # noqa: E402
 from dataset_gen.samples import Recipe  # noqa: E402
 from dataset_gen.sampling import sample_face  # noqa: E402
@@ -46,7 +48,10 @@ def prepare(level: int | None, engine: str) -> None:
         samples.make_sample(99, index, engine=engine)
 
 
-def rate(level: int | None, jobs: int, shards: int, engine: str = "contours", each: int = SHARD):
+def rate(
+    level: int | None, jobs: int, shards: int, engine: str = "contours", each: int = SHARD,
+    hair: float = HAIR,
+) -> float:  # fmt: skip
     """Finished samples a second."""
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -61,7 +66,7 @@ def rate(level: int | None, jobs: int, shards: int, engine: str = "contours", ea
                 write_shard,
                 Path(folder) / f"shard-{k:06d}.tar",
                 range(k * each, (k + 1) * each),
-                Recipe(1, engine=engine),
+                Recipe(1, engine=engine, hair=hair),
             )
             for k in range(jobs * shards)
         ]
@@ -79,6 +84,8 @@ def main() -> None:
     for level, name in enumerate(DETAILS):
         print(f"{name:10s} {rate(level, options.jobs, options.shards):6.1f}", flush=True)
     print(f"{'by lot':10s} {rate(None, options.jobs, options.shards):6.1f}", flush=True)
+    each = rate(None, options.jobs, options.shards, hair=0)
+    print(f"{'no hair':10s} {each:6.1f}", flush=True)
     each = rate(None, options.jobs, options.shards, "conventions")
     print(f"{'conventions':11s} {each:5.1f}", flush=True)
     if options.freestyle:

@@ -93,6 +93,7 @@ def test_the_manifest_counts_and_checks(tmp_path, small_shards):
     assert manifest["samples"] == 3
     assert manifest["recipe"] == {
         "seed": 5, "scheme": "people", "engine": "contours", "strokes": True, "meshes": False,
+        "hair": 0.75,
     }  # fmt: skip
     for told, path in zip(manifest["shards"], shards, strict=True):
         assert told["name"] == path.name

@@ -66,6 +66,26 @@ def test_conventions_tell_where_their_face_and_hair_are(drawn):
     assert haired >= 4
 
 
+def test_hair_of_contours_is_learnt_where_it_is_seen():
+    """Outside the face's outline or over it, and most of it above the nose."""
+    names = Names.of(TWELVE, LANDMARKS)
+    samples = [make_sample(12, k, hair=1.0) for k in range(5)]
+    pictures, records = zip(*samples, strict=True)
+    targets = encode_all(DataSet(list(pictures), list(records)), TWELVE, LANDMARKS)
+    for row, record in enumerate(records):
+        outlines = Outlines.of(record)
+        assert outlines.haired  # so that no hair is scribbled onto it
+        page = outlines.mask(outlines.points, Box.at(0, 0, 256, 256), 64)
+        assert 0.01 < page[HAIR].mean() < 0.6 and page[FACE].mean() > 0.03
+        nose = targets.landmarks[row][LANDMARKS.index("nose_tip")]
+        assert Mask(Box.at(0, 0, 256, 256), page).at("hair", nose[None])[0] < 0.5
+        one = example(
+            pictures[row], targets, row, names, 160, np.random.default_rng(row), WIDE,
+            outlines=outlines,
+        )  # fmt: skip
+        assert one.regions[HAIR].sum() > 1
+
+
 def test_masks_move_with_the_page_and_its_mirror_image(drawn):
     pictures, records, targets, names = drawn
     for seed, kind in ((0, NEAR), (1, WIDE), (2, WIDE)):
