@@ -89,6 +89,7 @@ def fit_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _setting_argument(parser, settings_of(FitOptions)["exaggerate"])
     _setting_argument(parser, settings_of(FitOptions)["hair"])
+    _setting_argument(parser, settings_of(FitOptions)["beard"])
     parser.add_argument(
         "--detail",
         metavar="LEVEL",
@@ -195,6 +196,7 @@ def fit(options: argparse.Namespace) -> int:
         method=options.method,
         exaggerate=options.exaggerate,
         hair=options.hair,
+        beard=options.beard,
         strokes=options.unmatched,
         stroke_depth=options.stroke_depth,
         stroke_width=options.stroke_width,

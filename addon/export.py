@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from addon import gltf
 from facs_rig import ARKIT_NAMES, CONTROL_NAMES, FULL_INTENSITY, FaceParameters, FaceRig
+from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
@@ -53,6 +54,7 @@ def write_mesh(
     fitted: Sequence[FittedKey] = (),
     hair: HairMesh | None = None,
     hat: HatMesh | None = None,
+    beard: BeardMesh | None = None,
     *,
     names: str = "ours",
     keys: bool = False,
@@ -64,8 +66,8 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
-    hair, hat : what the face wears, each an object of its own; a .ply is the face alone, and only
-        a .blend holds curves
+    hair, hat, beard : what the face wears, each an object of its own; a .ply is the face alone, and
+        only a .blend holds curves
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -96,11 +98,18 @@ def write_mesh(
     fitted = keys_kept_by(rig, fitted)
     moved = keys or suffix in (".glb", ".fbx")
     targets = morph_targets(rig, parameters, names, fitted) if moved else {}
+    if beard is not None and rig.level != FULL:  # which has other vertices for it to grow from
+        beard = beard_mesh(rig, parameters.identity, beard.beard)
+    if beard is not None:
+        at_rest = rig.neutral(parameters.identity)
+        beard = beard.lying_on(at_rest if offsets is None else at_rest + offsets)
+        worn = (*worn, beard.worn_on(rig.pose(parameters, offsets), targets))
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
             _write_blend(
-                job.beside(path), rig, parameters, offsets, fitted, hair, hat, _called(path), names
-            )
+                job.beside(path), rig, parameters, offsets, fitted, (hair, hat, beard),
+                _called(path), names,
+            )  # fmt: skip
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
         if suffix == ".fbx":
@@ -344,11 +353,12 @@ def _failing_as_files_do() -> Iterator[None]:
         raise OSError(errno.EIO, why) from error
 
 
-def _write_blend(
-    path: Path, rig, parameters, offsets, fitted, hair, hat, name: str, names: str
-) -> None:
+def _write_blend(path: Path, rig, parameters, offsets, fitted, worn, name: str, names: str) -> None:
+    """worn : hair, hat and beard, or None"""
+    hair, hat, beard = worn
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
+    from facs_rig.blender.beard import grow
     from facs_rig.blender.hair import wear
     from facs_rig.blender.hat import put_on
 
@@ -357,6 +367,8 @@ def _write_blend(
         wear(face, hair, parameters.identity)
     if hat is not None:
         put_on(face, hat, parameters.identity)
+    if beard is not None:
+        grow(face, beard)
     bpy.context.preferences.filepaths.save_version = 0
     with _quiet(), _failing_as_files_do():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False, compress=True)
@@ -383,8 +395,10 @@ def _write_fbx(
     face.data.update()
     add_moves(face, posed, {key: to_blender(move) for key, move in shape.moves.items()})
     worn = [hair_object(part, f"{name} {part.name}") for part in shape.worn]
-    for thing in worn:
+    for thing, part in zip(worn, shape.worn, strict=True):
         bpy.context.scene.collection.objects.link(thing)
+        moves = {key: to_blender(move) for key, move in part.moves.items()}
+        add_moves(thing, to_blender(part.points), moves)
     with _quiet(), _failing_as_files_do():
         write_still_fbx(path, face, *worn)
 

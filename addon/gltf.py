@@ -126,7 +126,7 @@ def glb(
     meshes = [mesh]
     for thing in worn:
         number = len(tree.setdefault("materials", []))
-        meshes.append(_worn(file, thing, number, skeleton is not None))
+        meshes.append(_worn(file, thing, number, skeleton is not None, tuple(targets or ())))
         finish = Finish(thing.name, thing.lightest, thing.roughness)
         tree["materials"].append(_material(finish) | {"doubleSided": True})
         tree["scenes"][0]["nodes"].append(len(tree["nodes"]))
@@ -150,8 +150,11 @@ def glb(
     )
 
 
-def _worn(file: File, thing: Worn, material: int, follows: bool) -> dict[str, Any]:
-    """The mesh of what a face wears. follows : whether there is a head that carries it"""
+def _worn(
+    file: File, thing: Worn, material: int, follows: bool, names: tuple[str, ...]
+) -> dict[str, Any]:
+    """The mesh of what a face wears. follows : whether there is a head that carries it
+    names : of the face's morph targets, all of which it has where it has any"""
     n, triangles = len(thing.points), thing.triangles
     light = _Light(np.ascontiguousarray(thing.points, np.float32), triangles)
     places = np.clip(thing.uv, 0, 1) * (1, -1) + (0, 1)
@@ -167,8 +170,23 @@ def _worn(file: File, thing: Worn, material: int, follows: bool) -> dict[str, An
     for name, value in (("JOINTS_0", BONES.index("head")), ("WEIGHTS_0", 255)) if follows else ():
         carried[:, 0] = value
         attributes[name] = file.vertices(carried, UNSIGNED_BYTE, name == "WEIGHTS_0")
-    primitive = {"attributes": attributes, "indices": file.indices(triangles, n)}
-    return {"name": thing.name, "primitives": [primitive | {"material": material}]}
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": file.indices(triangles, n)}
+    primitive |= {"material": material}
+    mesh: dict[str, Any] = {"name": thing.name, "primitives": [primitive]}
+    if thing.moves:
+        still = np.zeros((n, 3), np.float32)
+        moves = [thing.moves.get(name, still) for name in names]
+        primitive["targets"] = [{"POSITION": _moving(file, move)} for move in moves]
+        mesh |= {"weights": [0.0] * len(names), "extras": {"targetNames": list(names)}}
+    return mesh
+
+
+def _moving(file: File, move: NDArray) -> int:
+    """The accessor of what a morph target adds to the vertices (n, 3) of what a face wears."""
+    moves = np.ascontiguousarray(move.T, np.float32)
+    kind = SHORT if np.abs(moves).max(initial=0.0) <= 1 else FLOAT
+    rows, values = _seen(moves, STILL, kind)
+    return file.sparse(len(move), rows, values, kind)
 
 
 def _material(finish: Finish) -> dict[str, Any]:

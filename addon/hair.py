@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from addon.drawing import Drawing
 from addon.strategies import Fitted
@@ -58,7 +59,8 @@ def _other_heads(detection: Detection) -> list[Box]:
 
 
 def beside_hair(page: PageHair, points: NDArray, hat: PageHair | None = None) -> NDArray[np.bool_]:
-    """(k,) whether points (k, 2) of the drawing lie in no hair or beard, and in no hat."""
+    """(k,) whether points (k, 2) of the drawing lie in no hair or beard, nor on its edge, which is
+    a line of its own, and in no hat."""
     if hat is not None:
         return beside_hair(page, points) & beside_hair(hat, points)
     height, width = page.hair.shape
@@ -66,5 +68,5 @@ def beside_hair(page: PageHair, points: NDArray, hat: PageHair | None = None) ->
     inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
     out = np.ones(len(points), dtype=bool)
     at = row[inside], column[inside]
-    out[inside] = ~(page.hair | page.beard)[at]
+    out[inside] = ~binary_dilation(page.hair | page.beard)[at]
     return out

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from facs_rig.beard.mesh import BeardMesh
 from facs_rig.hair.mesh import HairMesh, strands
 
 GLOSS, NARROW = 0.9, 40.0  # strength of the strands' highlight, and how narrow it is
@@ -15,7 +16,7 @@ TONES = 997  # different hairs
 
 
 def hair_light(
-    mesh: HairMesh,
+    mesh: HairMesh | BeardMesh,
     points: NDArray,
     normals: NDArray,
     at_pixels: Callable[[NDArray], NDArray],

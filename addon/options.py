@@ -20,6 +20,8 @@ UNMATCHED = ("ignore", "engrave", "emboss")
 # What is made of drawn hair: a surface with locks on it, that surface alone, strands over a thinner
 # one (for a .blend alone), or nothing.
 HAIR = (*KINDS, "ignore")
+# And of a drawn beard: hairs on the skin, or nothing.
+BEARD = ("hairs", "ignore")
 MOST_EXAGGERATED = 3.0
 
 
@@ -37,7 +39,7 @@ class FitOptions:
     slide over the shaded face, with all the tweakables of its table (chapter 3)
     exaggerate : how much of what makes the person and the expression is shown: 1 as drawn, less for
     plainer, more for a caricature
-    hair : one of HAIR; the thesis' method makes none
+    hair, beard : one of HAIR and of BEARD; the thesis' method makes none
     strokes : one of UNMATCHED, for the strokes that have no place on the face (snakes.strokes says
     which of them); stroke_depth, stroke_width in mm, stroke_profile : see snakes.engrave
 
@@ -60,6 +62,7 @@ class FitOptions:
     hair: str = setting(
         "locks", "Hair", "What is made of drawn hair; curves are for a .blend", choices=HAIR
     )
+    beard: str = setting("hairs", "Beard", "What is made of a drawn beard", choices=BEARD)
     strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
     stroke_depth: float = setting(
         1.2,

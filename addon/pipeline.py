@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.beard import beard_of
 from addon.drawing import Drawing, load_drawing
 from addon.export import file_to_core, write_mesh
 from addon.hair import beside_hair, hair_of
@@ -28,6 +29,8 @@ from addon.threads import on_one_thread
 from classifiers import Detection, Detector, load_detector
 from classifiers.detection import ANGLES
 from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.beard.beard import Beard
+from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.common.box import Box
 from facs_rig.common.clock import Clock
 from facs_rig.common.errors import InputError
@@ -61,6 +64,7 @@ class FaceFit:
     cut : the hair, for a person of `parameters`; None for a bald one, and where it is ignored
     hair_kind : of facs_rig.hair.mesh.KINDS
     hat : likewise; hat_left_out : whether there is one of which none could be made
+    grows : the beard, for a person of `parameters`; None as for hair
     compared : the face held against the sketch, before strokes were carved into it or it was
     exaggerated
     """
@@ -75,6 +79,7 @@ class FaceFit:
     stages_s: dict[str, float]
     hat: Hat | None = None
     hat_left_out: bool = False
+    grows: Beard | None = None
 
     @property
     def parameters(self) -> FaceParameters:
@@ -115,6 +120,13 @@ class FaceFit:
     def hat_mesh(self) -> HatMesh | None:
         """The hat as a mesh, if there is any."""
         return None if self.hat is None else hat_mesh(self.rig, self.parameters.identity, self.hat)
+
+    @cached_property
+    def beard(self) -> BeardMesh | None:
+        """The beard as a mesh, if there is any."""
+        if self.grows is None:
+            return None
+        return beard_mesh(self.rig, self.parameters.identity, self.grows)
 
     @property
     def drawn(self) -> Lines:
@@ -187,16 +199,21 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("fit")
 
-    wears = options.hair != "ignore" and options.method != "thesis"
-    page, cut, worn, hat = (
-        hair_of(drawing, detection, rig, as_drawn) if wears else (None, None, None, None)
-    )
+    looked = options.method != "thesis"
+    wears, grows = (looked and how != "ignore" for how in (options.hair, options.beard))
+    page, cut, worn, hat, beard = None, None, None, None, None
+    if wears or grows:
+        page, cut, worn, hat = hair_of(drawing, detection, rig, as_drawn)
+    if grows:
+        page, beard = beard_of(drawing, detection, rig, as_drawn, page)
+    if not wears:
+        cut, worn, hat = None, None, None
     clock.lap("hair")
 
     compared = Comparison(
         drawing.image, rig, as_drawn, FaceParameters(head=expression.head), place,
         detection.mask.hides if detection.mask else None, options.tweakables.max_delta,
-        partial(beside_hair, page, hat=worn) if page and (cut or hat) else None,
+        partial(beside_hair, page, hat=worn) if page and (cut or hat or beard) else None,
     )  # fmt: skip
     if carves:
         lost = compared.unmatched
@@ -208,7 +225,9 @@ def fit(
     clock.lap("carve")
     kind = options.hair if wears else KINDS[0]
     without = worn is not None and hat is None
-    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, without)
+    return FaceFit(
+        drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, without, beard
+    )
 
 
 def read_expression(
@@ -244,6 +263,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "projection": projection.tolist(),
         "hair": _hair_to_json(face.cut),
         "hat": _hat_to_json(face),
+        "beard": _beard_to_json(face.grows),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
             {"polyline": line.tolist(), "length_px": line_length(line)} for line in face.unmatched
@@ -267,6 +287,18 @@ def _hat_to_json(face: FaceFit) -> dict[str, Any] | None:
     return {"left_out": None, "brim_m": round(brim, 4), "colour": round(face.hat.colour, 3)}
 
 
+def _beard_to_json(beard: Beard | None) -> dict[str, Any] | None:
+    """What kind of beard it is."""
+    if beard is None:
+        return None
+    return {
+        "length_mm": round(1000 * float(beard.length.max()), 1),
+        "moustache_mm": round(1000 * beard.moustache, 1),
+        "curl": round(beard.curl, 3),
+        "colour": round(beard.colour, 3),
+    }
+
+
 def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, fitted face, it in three quarters, its lines on the sketch."""
     from addon.preview import panels, three_quarters
@@ -283,8 +315,9 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.posed(aside),
         face.camera,
         face.compared.unmatched,
-        hair,
+        face.hair,
         face.hat_mesh,
+        face.beard,
     )
 
 
@@ -297,7 +330,7 @@ def write_face(
     """
     write_mesh(
         Path(path), face.rig, face.parameters, face.offsets, face.keys, face.hair,
-        face.hat_mesh, detail=detail, outputs=outputs,
+        face.hat_mesh, face.beard, detail=detail, outputs=outputs,
     )  # fmt: skip
 
 

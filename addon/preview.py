@@ -14,6 +14,7 @@ from dataset_gen import Style, draw_strokes
 from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
+from facs_rig.beard.mesh import BeardMesh
 from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
@@ -43,6 +44,7 @@ def panels(
     unmatched: Sequence[NDArray] = (),
     hair: HairMesh | None = None,
     hat: HatMesh | None = None,
+    beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and hat (or what is drawn of
     hair and the like in grey), it in three quarters, its lines over the sketch.
@@ -51,7 +53,7 @@ def panels(
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(_with(fitted, hair, hat), camera)
+    camera, box = _close_up(_with(fitted, hair, hat, beard), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -63,19 +65,17 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
+    face: NDArray = paint(rig, fitted, camera, identity, hair, hat, beard)
     if hair is None and hat is None:
-        skin = paint(rig, fitted, camera, identity)
-        face = _drawn_over(np.where(skin == PAPER, faint, skin), homeless, 1.2, HOMELESS)
-        other = paint(rig, aside, _beside(aside, camera), identity)
-    else:
-        face = paint(rig, fitted, camera, identity, hair, hat).astype(float)
-        other = paint(rig, aside, _beside(_with(aside, hair, hat), camera), identity, hair, hat)
+        face = _drawn_over(np.where(face == PAPER, faint, face), homeless, 1.2, HOMELESS)
+    beside = _beside(_with(aside, hair, hat, beard), camera)
+    other = paint(rig, aside, beside, identity, hair, hat, beard)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 
 
-def _with(vertices: NDArray, *worn: HairMesh | HatMesh | None) -> NDArray:
+def _with(vertices: NDArray, *worn: HairMesh | HatMesh | BeardMesh | None) -> NDArray:
     """The points of a posed face and of what it wears."""
-    return np.concatenate([vertices, *(part.on(vertices) for part in worn if part is not None)])
+    return np.concatenate([vertices, *(thing.on(vertices) for thing in worn if thing is not None)])
 
 
 def three_quarters(head: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -111,25 +111,23 @@ def paint(
     identity: dict[str, float] | None = None,
     hair: HairMesh | None = None,
     hat: HatMesh | None = None,
+    beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
 
-    hair, hat : it wears these
+    hair, hat, beard : it wears these
     """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
     )
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    points, triangles = vertices, rig.triangles
-    if hair is not None:
-        over = hair.on(vertices)
-        points = np.concatenate([vertices, over])
-        ribbons = np.concatenate([hair.triangles, hair.triangles[:, ::-1]])  # from both sides
-        triangles = np.concatenate([rig.triangles, ribbons + len(vertices)])
-    first = len(triangles)
+    strands = [(thing, thing.on(vertices)) for thing in (hair, beard) if thing is not None]
+    meshes = [(vertices, rig.triangles)]
+    for thing, over in strands:  # from both sides
+        meshes.append((over, np.concatenate([thing.triangles, thing.triangles[:, ::-1]])))
     if hat is not None:
-        triangles = np.concatenate([triangles, hat.triangles + len(points)])
-        points = np.concatenate([points, hat.on(vertices)])
+        meshes.append((hat.on(vertices), hat.triangles))
+    points, triangles = _together(meshes)
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
     light = _lit(seen.normals(rig.corners))
@@ -140,13 +138,15 @@ def paint(
     picture[seen.rows, seen.columns] = 255 * srgb(
         linear[material] * np.clip(light, 0, 1.1)[:, None]
     )
-    if hair is not None:
-        seen = _Seen(over, ribbons, fine, buffers.triangle, len(rig.triangles))
-        normals = seen.normals(corner_matrix(hair.triangles, len(over)), hair.triangles)
-        linear = hair_light(hair, over, normals, seen.at, LAMPS, AMBIENT)
+    first = len(rig.triangles)
+    for (thing, over), (_, ribbons) in zip(strands, meshes[1:], strict=False):
+        seen = _Seen(over, ribbons, fine, buffers.triangle, first)
+        normals = seen.normals(corner_matrix(thing.triangles, len(over)), thing.triangles)
+        linear = hair_light(thing, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
+        first += len(ribbons)
     if hat is not None:
-        over = points[-len(hat.points) :]
+        over = meshes[-1][0]
         seen = _Seen(over, hat.triangles, fine, buffers.triangle, first)
         light = _lit(seen.normals(corner_matrix(hat.triangles, len(over))))
         shade = seen.at(hat.shade[:, None]) * light[:, None]
@@ -163,6 +163,13 @@ def _lit(normals: NDArray) -> NDArray[np.float64]:
         toward = np.array(direction) / np.linalg.norm(direction)
         light += strength * np.clip(normals @ toward, 0, 1)
     return light
+
+
+def _together(meshes: Sequence[tuple[NDArray, NDArray]]) -> tuple[NDArray, NDArray]:
+    """Points and triangles of several meshes as of one."""
+    counts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
+    triangles = [own + first for (_, own), first in zip(meshes, counts, strict=True)]
+    return np.concatenate([points for points, _ in meshes]), np.concatenate(triangles)
 
 
 class _Seen:

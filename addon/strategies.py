@@ -13,7 +13,7 @@ from addon.options import FitOptions
 from addon.placement import apart, check_pins, pins_in
 from classifiers import Detection
 from classifiers.detection import CLOSE
-from classifiers.mouth import RIMS
+from classifiers.mouth import RIMS, Mouth
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
 from facs_rig.fitted_keys import FittedKey
@@ -125,7 +125,7 @@ def _observations(detection: Detection, scale: float) -> Observations:
     hair = detection.mask.hides if detection.mask else None
     seen = Observations(detection.landmarks, spreads, person=detection.person, hair=hair)
     mouth = detection.mouth
-    if mouth is None or _open_odds(detection) < OPENED:
+    if mouth is None or _open_odds(mouth, detection) < OPENED:
         return seen
     off = np.mean([mouth.spreads[name] for pair in RIMS for name in pair])
     return replace(
@@ -136,8 +136,8 @@ def _observations(detection: Detection, scale: float) -> Observations:
     )
 
 
-def _open_odds(detection: Detection) -> float:
+def _open_odds(mouth: Mouth, detection: Detection) -> float:
     """The log-odds of an open mouth, by all that was seen of it."""
     acts = max(p for name, p in detection.probabilities.items() if name in OPENERS)
-    odds = [math.log(p / (1 - p)) for p in np.clip([detection.mouth.opened, acts], 1e-6, 1 - 1e-6)]
+    odds = [math.log(p / (1 - p)) for p in np.clip([mouth.opened, acts], 1e-6, 1 - 1e-6)]
     return odds[0] + 0.5 * odds[1]

@@ -120,8 +120,8 @@ def make_sample(
     Landmarks are pixels of the picture. `camera` is that of the drawing; a photograph of it may
     be taken at a slant, and `page` (3 x 3) takes the camera's pixels to the picture's.
     identity, aus : who is drawn and what it does, else by lot
-    hair : share of faces that wear a head of hair (of `people` and `felt`, not by conventions); with
-    0 some have one of the four old heads of hair
+    hair : share of faces that wear a head of hair (of `people` and `felt`, not by conventions);
+    with 0 some have one of the four old heads of hair
     """
     rig = load_rig()
     rng = sample_rng(seed, index)

@@ -24,6 +24,7 @@ class Worn:
     quads : (q, 4) int; a triangle has its last corner twice
     uv : (n, 2) float, 0..1, v up      shade : (n,) float, of the colour, 1 as it is
     colour : linear RGB      roughness : 0 mirror to 1 chalk
+    moves : name of a morph target of the face -> (n, 3) what it adds to `points`
     """
 
     name: str
@@ -33,6 +34,7 @@ class Worn:
     shade: NDArray[np.floating]
     colour: tuple[float, float, float]
     roughness: float
+    moves: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     @property
     def triangles(self) -> NDArray[np.integer]:

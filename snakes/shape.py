@@ -91,6 +91,8 @@ INTENSITY, MOST = 0.7, 6.5
 OPENERS = {"jaw_open": 1.5, "lower_lip_depress": 2.0, "sneer": 1.0}
 """Of a mouth that is drawn open: what may open it though it was not detected, and how strong that
 usually is."""
+UNSEEN = 2.5
+"""So many times its usual strength is the most that it may have then: networks see the rest."""
 CLOSERS = {"shrug": 2.0, "lip_lock": 2.0, "lip_tighten": 2.0}
 """What hardly goes with an open mouth: so far it may be off."""
 FAINT = 0.4
@@ -243,9 +245,10 @@ class _Guess:
         ]
         rows += [_likely(name, observed.person, bool(observed.pins)) for name in identity]
         rows += [
-            (aus[name], max(doubt.get(_whole(name), 0.0), INTENSITY), 0.0, MOST)
+            (aus[name], max(doubt.get(_whole(name), 0.0), INTENSITY), 0.0,
+             MOST if aus[name] else UNSEEN * doubt[name])
             for name in controls
-        ]
+        ]  # fmt: skip
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)
 

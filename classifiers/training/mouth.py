@@ -1,6 +1,6 @@
 """Train the network that looks at mouths (classifiers.mouth): drawn, learnt, written.
 
-    python -m classifiers.training.mouth --out classifiers/weights [--pages 12000] [--minutes 20]
+    python -m classifiers.training.mouth --out classifiers/weights [--pages 5300] [--minutes 20]
 
 Drawings of both engines, of people of all kinds, whose mouths do what mouths do when they open:
 laugh, bare their teeth, speak, shout; the rest are shut. A page is drawn over as for the detector
@@ -253,7 +253,7 @@ def write(network: MouthNetwork, about: dict, out: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="folder of the weights")
-    parser.add_argument("--pages", type=int, default=12_000)
+    parser.add_argument("--pages", type=int, default=5_300)
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seed", type=int, default=SEED)

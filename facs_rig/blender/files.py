@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import to_blender
 from facs_rig.blender.arrays import write_key, write_places
+from facs_rig.blender.beard_files import keyed
 from facs_rig.blender.hair_files import hair_object, held_by_files
 from facs_rig.blender.hair_follows import hat_of
 from facs_rig.blender.keys import BASIS
@@ -76,6 +77,9 @@ def write_shown_fbx(path: Path, name: str, face: bpy.types.Object, shape: Shape)
         moves = {name: to_blender(move) for name, move in shape.moves.items()}
         add_moves(thing, points, moves)
         mesh.update()
+        for own, part in zip(worn, shape.worn, strict=True):
+            moves = {name: to_blender(move) for name, move in part.moves.items()}
+            add_moves(own, to_blender(part.points), moves)
         with _selected(bpy.context.scene.collection, thing, *worn):
             _still_fbx(path)
     finally:
@@ -121,7 +125,11 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
         hat = hat_of(face)
         if hat is not None and hat.visible_get():
             things.append(hat)
-        with held_by_files(face) as hair, _selected(None, *things, *filter(None, [hair])):
+        with (
+            held_by_files(face) as hair,
+            keyed(face) as beard,
+            _selected(None, *things, *(thing for thing in (hair, beard) if thing is not None)),
+        ):
             write = _moving_glb if path.suffix.lower() == ".glb" else _moving_fbx
             write(str(path))
     finally:

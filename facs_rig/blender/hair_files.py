@@ -23,7 +23,7 @@ def shown_worn(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
     """Hair and hat of a face, see `shown_hair`."""
     hat = hat_of(face)
     seen = hat is not None and (hat.visible_get() or not face.visible_get())
-    return shown_hair(face, rig) + (_as_shown(hat) if seen else ())
+    return shown_hair(face, rig) + (worn_object(hat, hats.NAME) if seen else ())
 
 
 def shown_hair(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
@@ -40,19 +40,20 @@ def shown_hair(face: bpy.types.Object, rig: FaceRig) -> tuple[Worn, ...]:
     if curves_of(face) is not None:
         locks = locks_of(face, rig)
         with _staged(hair, locks) as (twin, layer):
-            return _worn(twin.evaluated_get(layer.depsgraph), hair)
-    return _as_shown(hair)
+            return _worn(twin.evaluated_get(layer.depsgraph), hair, NAME)
+    return worn_object(hair, NAME)
 
 
-def _as_shown(hair: bpy.types.Object) -> tuple[Worn, ...]:
-    """A mesh that a face wears, whether it is shown, hidden or edited."""
+def worn_object(hair: bpy.types.Object, name: str) -> tuple[Worn, ...]:
+    """What a face wears, as it is evaluated, whether it is shown, hidden or edited; nothing where
+    no vertex is left of it."""
     hair.update_from_editmode()
     if hair.mode == "OBJECT" and hair.visible_get():
         bpy.context.view_layer.update()
         final = hair.evaluated_get(bpy.context.evaluated_depsgraph_get())
-        return _worn(final, hair)
+        return _worn(final, hair, name)
     with _staged(hair, hair.data.copy()) as (twin, layer):
-        return _worn(twin.evaluated_get(layer.depsgraph), hair)
+        return _worn(twin.evaluated_get(layer.depsgraph), hair, name)
 
 
 def hair_object(worn: Worn, name: str) -> bpy.types.Object:
@@ -114,7 +115,7 @@ def _staged(
         bpy.data.meshes.remove(mesh)
 
 
-def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
+def _worn(final: bpy.types.Object, hair: bpy.types.Object, name: str) -> tuple[Worn, ...]:
     """final : the hair, evaluated"""
     mesh = final.data
     n = len(mesh.vertices)
@@ -133,7 +134,7 @@ def _worn(final: bpy.types.Object, hair: bpy.types.Object) -> tuple[Worn, ...]:
     if colour is None:
         material = next((slot.material for slot in hair.material_slots if slot.material), None)
         colour = (0.1, 0.1, 0.1) if material is None else tuple(material.diffuse_color[:3])
-    name, rough = (hats.NAME, hats.ROUGHNESS) if is_hat(hair) else (NAME, ROUGHNESS)
+    rough = hats.ROUGHNESS if is_hat(hair) else ROUGHNESS
     places = from_blender(points)
     return (Worn(name, places, _quads(mesh, corners), uv, _shade(mesh), colour, rough),)
 

@@ -70,19 +70,15 @@ def is_hat(candidate: bpy.types.Object) -> bool:
     return candidate.type == "MESH" and HAT_MARK in candidate
 
 
-def is_worn(candidate: bpy.types.Object) -> bool:
-    """Whether this object is hair or the hat of a face."""
-    return is_hair(candidate) or is_curves(candidate) or is_hat(candidate)
-
-
-def worn_by(face: bpy.types.Object) -> list[bpy.types.Object]:
-    """The objects that hair and hat of a face are."""
-    return [*parts_of(face), *(hat for hat in (hat_of(face),) if hat is not None)]
+def carried_by(face: bpy.types.Object) -> list[bpy.types.Object]:
+    """The objects that hair and hat of a face are, which its head carries."""
+    hat = hat_of(face)
+    return [*parts_of(face), *([] if hat is None else [hat])]
 
 
 def check_hair(face: bpy.types.Object) -> None:
     """InputError, one sentence, if the hair or the hat of a face cannot be written."""
-    for part in worn_by(face):
+    for part in carried_by(face):
         if _is_others(part):
             raise InputError(
                 f"'{part.name}' is linked from another file; make it and its mesh local"
@@ -92,7 +88,7 @@ def check_hair(face: bpy.types.Object) -> None:
 
 def check_free(face: bpy.types.Object) -> None:
     """InputError, one sentence, if hair or hat of a face is being edited: it could not follow."""
-    for part in worn_by(face):
+    for part in carried_by(face):
         if part.mode != "OBJECT":
             raise InputError(f"'{part.name}' is being edited; go to Object Mode first")
 
@@ -111,7 +107,7 @@ def follow_person(
     rig : the full one      before, after : identity parameter -> value
     identity_in_keys : whether shape keys make the face the other person, and not its basis
     """
-    for part in worn_by(face):
+    for part in carried_by(face):
         if dict(before) == dict(after) or _is_others(part):
             continue
         # Keys that move the skin take strands along that are attached to it.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
+from facs_rig.blender.beard_files import shown_beard
 from facs_rig.blender.hair_files import shown_worn
 from facs_rig.blender.keys import add_key, moved
 from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
@@ -35,13 +36,14 @@ _FLUSHED = ("EDIT", "SCULPT", "SCULPT_CURVES")
 
 
 def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
-    """The evaluated mesh of a face and its hair in the world, metres, core axes, without moves.
+    """The evaluated mesh of a face and of what it wears in the world, metres, core axes, without
+    moves.
 
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.
     """
     whole, rig = rig, rig_of(face, rig)
-    worn = shown_worn(face, whole)
+    worn = (*shown_worn(face, whole), *shown_beard(face))
     if face.mode in _FLUSHED or not face.visible_get():
         face.update_from_editmode()
         with staged(face) as (twin, layer):

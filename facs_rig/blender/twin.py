@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import bpy
 
+from facs_rig.blender.beard import beard_of
 from facs_rig.blender.hair_follows import curves_of, hair_of, hat_of
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import (
@@ -47,13 +48,17 @@ def stand_alone(face: bpy.types.Object) -> None:
         old = face.data
         face.data = old.copy()
         ids[old.shape_keys] = face.data.shape_keys
-    armature = armature_of(face)
+    armature, beard = armature_of(face), beard_of(face)
+    if beard is not None and beard.data.users > 1:
+        beard.data = beard.data.copy()
     if armature is not None and _carries_another(armature, face):
         twin = armature.copy()
         for collection in face.users_collection:
             collection.objects.link(twin)
         ids[armature] = twin
         _copy_hair(face, twin)
+        if beard is not None:  # it goes with this face alone
+            beard.parent = twin
     else:
         for thing in (hair_of(face), hat_of(face)):
             if thing is not None and thing.data.users > 1:

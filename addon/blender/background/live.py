@@ -10,8 +10,8 @@ import time
 
 import bpy
 
-from facs_rig.blender.hair_follows import worn_by
 from facs_rig.blender.pose import check_face, is_face
+from facs_rig.blender.worn import worn_by
 from facs_rig.common.errors import InputError
 
 from ..messages import reporting, translation

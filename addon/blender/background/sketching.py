@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
+from facs_rig.blender.beard import KEPT, add_beard, check_beard, grow, remove_beard
 from facs_rig.blender.hair import CUT, DRAWN, LENGTH, VOLUME, fitting, remove_hair, style_of, wear
 from facs_rig.blender.hair_curves import check_curves
 from facs_rig.blender.hair_follows import check_hair
 from facs_rig.blender.hat import put_on as put_on_hat
 from facs_rig.blender.hat import take_off
 from facs_rig.blender.keys import GAZE
-from facs_rig.blender.pose import armature_of, identity_of, pose_of, refresh, set_pose
+from facs_rig.blender.pose import DETAIL, armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
 from facs_rig.hair.mesh import hair_mesh
+from facs_rig.levels import FULL
 
 from ..messages import translation
 from ..state import faces, memory, placing, preferences, properties, sources
@@ -39,7 +41,7 @@ class Found:
 
     drawn : the sketch's lines, (k, 2) pixels of it each
     strokes : what was done with those that have no place
-    hair : whether it was looked for
+    hair, beard : whether it was looked for
     """
 
     fit: FaceFit
@@ -48,6 +50,7 @@ class Found:
     drawn: list[NDArray[np.float64]]
     strokes: str
     hair: bool = True
+    beard: bool = True
 
 
 @dataclass
@@ -94,10 +97,13 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
             # Here, where nobody waits for them.
-            _ = fit.contour_error_px, fit.unmatched, fit.hair, fit.hat_mesh
+            _ = fit.contour_error_px, fit.unmatched, fit.hair, fit.hat_mesh, fit.beard
             drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
-            looked = options.hair != "ignore" and options.method != "thesis"
-            return Found(fit, source.mark, to_places, drawn, options.strokes, looked)
+            looked = [
+                how != "ignore" and options.method != "thesis"
+                for how in (options.hair, options.beard)
+            ]
+            return Found(fit, source.mark, to_places, drawn, options.strokes, *looked)
         finally:
             if shape:
                 shape.known.set()  # whoever waits must hear of an error, too
@@ -177,6 +183,7 @@ def new_face(context, holder) -> Steps:
             yield Tick(said, WARM + (1 - WARM) * task.share, task.done)
         found = task.result()
         put_hair(face, found)
+        put_beard(face, found)
     except BaseException:
         if face is not None:
             remove(face)
@@ -192,6 +199,7 @@ def remove(face: bpy.types.Object) -> None:
     """Take a face that was just built away again, with all that it alone uses."""
     remove_hair(face)
     take_off(face)
+    remove_beard(face)
     armature, mesh = face.parent, face.data
     bpy.data.batch_remove([face, armature, mesh, armature.data])
 
@@ -219,6 +227,20 @@ def put_hair(face: bpy.types.Object, found: Found) -> None:
         face.pop(name, None)
 
 
+def put_beard(face: bpy.types.Object, found: Found) -> None:
+    """Give a face the beard that was found, as `put_hair`."""
+    if not found.beard or armature_of(face) is None:
+        return
+    beard = found.fit.beard
+    if beard is None:
+        remove_beard(face)
+        face.pop(KEPT, None)
+    elif face.get(DETAIL, FULL) == FULL:
+        grow(face, beard)
+    else:
+        add_beard(face, found.fit.rig, beard.beard)
+
+
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
@@ -240,11 +262,14 @@ def put_on(face, found: Found) -> Steps:
 
     if found.hair:
         check_hair(face)
+    if found.beard:
+        check_beard(face)
     fit, before = found.fit, pose_of(face)
     reshape = reshape_steps(face, load_rig(), fit.parameters.identity, fit.offsets, fit.keys)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     put_hair(face, found)
+    put_beard(face, found)
     gaze = {name: face[name] for name in GAZE}  # no drawing says where the eyes look
     set_pose(face, replace(fit.parameters, neck=before.neck))
     for name, angle in gaze.items():

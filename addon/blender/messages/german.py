@@ -36,6 +36,7 @@ BUTTONS = {
     "Export Face": "Gesicht exportieren",
     "Make Hair": "Haar machen",
     "Hair Presets": "Haarvorgaben",
+    "Make Beard": "Bart machen",
     # the expression
     "Copy": "Kopieren",
     "Copy Expression": "Ausdruck kopieren",
@@ -89,6 +90,18 @@ OWN = {
     "Bun": "Dutt",
     "Ponytail": "Pferdeschwanz",
     "Braids": "Zöpfe",
+    # which beard
+    "Beard": "Bart",
+    "Hairs": "Haare",
+    "As It Was": "Wie er war",
+    "Stubble": "Stoppeln",
+    "Moustache": "Schnurrbart",
+    "Goatee": "Kinnbart",
+    "Chin Strap": "Kinnriemen",
+    "Full Beard": "Vollbart",
+    "Long Beard": "Langer Bart",
+    "Curly Beard": "Lockiger Bart",
+    "No Beard": "Kein Bart",
     "Ignore": "Ignorieren",
     "None": "Keines",
     "Fit": "Anpassen",
@@ -556,6 +569,23 @@ TOOLTIPS = {
     "Combed back into a ponytail": "Nach hinten in einen Pferdeschwanz gekämmt",
     "Parted in the middle, two braids": "In der Mitte gescheitelt, zwei Zöpfe",
     "What the drawing of this face shows": "Was die Zeichnung dieses Gesichts zeigt",
+    "Give this face a beard, make the one that it had anew, or take it away": (
+        "Diesem Gesicht einen Bart geben, den neu machen, den es hatte, oder ihn entfernen"
+    ),
+    "Which beard the face is given": "Welchen Bart das Gesicht bekommt",
+    "Make the beard anew that was drawn, or was there last": (
+        "Den Bart neu machen, der gezeichnet war oder zuletzt da war"
+    ),
+    "Some days' growth": "Einige Tage gewachsen",
+    "On the upper lip alone": "Auf der Oberlippe allein",
+    "On chin and upper lip": "An Kinn und Oberlippe",
+    "A narrow rim along the jaw": "Ein schmaler Rand am Kiefer entlang",
+    "Up the cheeks, and some centimeters long": "Die Wangen hinauf, und einige Zentimeter lang",
+    "Down to the chest": "Bis auf die Brust",
+    "Full, and curled": "Voll und gelockt",
+    "Take the beard away; it can be made again": (
+        "Den Bart entfernen; er lässt sich wieder machen"
+    ),
     "Write the face to a file: for other programs, or to be appended in Blender": (
         "Das Gesicht in eine Datei schreiben: für andere Programme, oder zum Anhängen in Blender"
     ),
@@ -883,6 +913,15 @@ SETTINGS = {
         "geändert wurde, geht verloren"
     ),
     "Hair for a face that no drawing gave any.": "Haar für ein Gesicht, das keine Zeichnung hat.",
+    "What is made of a beard in the drawing": "Was aus einem Bart der Zeichnung wird",
+    "Single hairs, which go with the skin": "Einzelne Haare, die mit der Haut gehen",
+    "Make none; a beard that the face has stays": (
+        "Keinen machen; ein Bart, den das Gesicht hat, bleibt"
+    ),
+    "Beard Color": "Bartfarbe",
+    "Of the beard as a whole; single hairs are darker and lighter": (
+        "Die des ganzen Barts; einzelne Haare sind dunkler und heller"
+    ),
     "Hair Color": "Haarfarbe",
     "Of the hair as a whole; its shades are darker and lighter": (
         "Die des ganzen Haars; seine Schattierungen sind dunkler und heller"
@@ -1128,6 +1167,9 @@ SENTENCES = {
     ),
     "No hair was found in the drawing of this face": (
         "In der Zeichnung dieses Gesichts wurde kein Haar gefunden"
+    ),
+    "This face has had no beard yet: choose one of the others": (
+        "Dieses Gesicht hatte noch keinen Bart: einen der anderen wählen"
     ),
     # what a button is at; the panel writes the first letter large
     "getting ready": "bereite vor",

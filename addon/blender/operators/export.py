@@ -9,12 +9,13 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from facs_rig import load_rig
+from facs_rig.blender.beard_files import moving
 from facs_rig.blender.files import not_moving, span_of, write_moving, write_shown_fbx
 from facs_rig.blender.hair import curves_of
-from facs_rig.blender.hair_follows import worn_by
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
+from facs_rig.blender.worn import worn_by
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
@@ -171,7 +172,7 @@ def _write_shown(path: Path, face: bpy.types.Object, names: str) -> Steps:
     reading = translation.text("reading the face")
     if path.suffix.lower() in MORPHING:
         found = yield from within(moves(face, rig, shape, names), reading, 0.0, 0.8, 50)
-        shape = replace(shape, moves=found)
+        shape = moving(face, replace(shape, moves=found))
     doing = translation.text("writing {name}", name=path.name)
 
     def write(_progress) -> None:

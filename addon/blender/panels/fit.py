@@ -3,11 +3,12 @@
 import bpy
 
 from facs_rig import CONTROLS
+from facs_rig.blender.beard import beard_of
 from facs_rig.fitted_keys import FITTED
 from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation
-from ..operators import detect, export, expression, pins, sketch
+from ..operators import beard, detect, export, expression, pins, sketch
 from ..state import faces, memory, properties, sources
 from ..state.session import session
 from .hair import draw_hair
@@ -142,6 +143,7 @@ class SKETCHTOFACE_PT_fit(Tab, bpy.types.Panel):
         column.prop(settings, "exaggerate")
         if settings.method != "thesis":
             column.prop(settings, "hair")
+            column.prop(settings, "beard")
         ticks = column.column(align=True)
         ticks.use_property_split = False  # the words beside a tick need the whole width
         if settings.method != "shape":
@@ -208,6 +210,19 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         layout.operator(sketch.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 
+def draw_beard(layout, face) -> None:
+    """The colour of a beard, and which one it is."""
+    column = layout.column(align=True)
+    worn = beard_of(face) is not None
+    if worn:
+        column.prop(face.sketch_to_face, "beard_colour")
+    row = column.row(align=True)
+    make = beard.SKETCHTOFACE_OT_beard.bl_idname
+    row.operator_menu_enum(make, "kind", text="Beard", text_ctxt=translation.OWN)
+    if worn:
+        row.operator(make, text="", icon="X").kind = "NONE"
+
+
 class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
     """How near the face came, what to do with the rest, where it goes."""
 
@@ -233,6 +248,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
             column.prop(key, "value", text="Fitted Details", slider=True)
         column.prop(face.sketch_to_face, "caricature", slider=True)
         draw_hair(self.layout, face)
+        draw_beard(self.layout, face)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))
         column.label(text=translation.label("Strokes without a place: {count}", count=lost))

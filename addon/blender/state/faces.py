@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from facs_rig.blender.armature import layer_of
-from facs_rig.blender.hair_follows import is_worn, worn_by
 from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
+from facs_rig.blender.worn import is_worn, worn_by
 from facs_rig.common.errors import InputError
 
 from ..messages import translation
@@ -34,8 +34,8 @@ def selected_objects(context) -> list[bpy.types.Object]:
 
 
 def active_face(context) -> bpy.types.Object | None:
-    """The face that the artist works on: the active object, the one that the active rig, hair or
-    hat belongs to, or the one that was made last of the active Grease Pencil drawing."""
+    """The face that the artist works on: the active object, the one that the active rig, hair, hat
+    or beard belongs to, or the one that was made last of the active Grease Pencil drawing."""
     active = active_object(context)
     if active is None:
         return None

@@ -17,6 +17,7 @@ from bpy.props import (
 from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
+from facs_rig.blender.beard import beard_of
 from facs_rig.blender.hair import colour_of, comb, hair_of, set_colour, style_of
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
@@ -104,6 +105,18 @@ def hair_colour(face) -> tuple[float, float, float]:
     """Linear RGB; black for a face without hair."""
     hair = hair_of(face)
     return (hair is not None and colour_of(hair)) or (0.0, 0.0, 0.0)
+
+
+def beard_colour(face) -> tuple[float, float, float]:
+    """Linear RGB; black for a face without a beard."""
+    beard = beard_of(face)
+    return (beard is not None and colour_of(beard)) or (0.0, 0.0, 0.0)
+
+
+def colour_beard(face, colour) -> None:
+    """Give the beard, if there is any, another colour."""
+    if face.override_library is None and (beard := beard_of(face)) is not None:
+        set_colour(beard, tuple(colour))
 
 
 def colour_hair(face, colour) -> None:
@@ -294,6 +307,17 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         "volume",
         "How thick the hair is, 1 as drawn. The hair is made anew: what you have changed on it "
         "goes",
+    )
+    beard_colour: FloatVectorProperty(
+        name="Beard Color",
+        description="Of the beard as a whole; single hairs are darker and lighter",
+        size=3,
+        subtype="COLOR",
+        min=0.0,
+        max=1.0,
+        options=set(),
+        get=lambda self: beard_colour(self.id_data),
+        set=lambda self, colour: colour_beard(self.id_data, colour),
     )
     strokes: StringProperty(
         name="Strokes", description="What became of strokes without a place when it was fitted"

@@ -105,6 +105,15 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
         ],
         **translation.OWN_CONTEXT,
     )
+    beard: EnumProperty(
+        name="Beard",
+        description="What is made of a beard in the drawing",
+        items=[
+            ("hairs", "Hairs", "Single hairs, which go with the skin"),
+            ("ignore", "Ignore", "Make none; a beard that the face has stays"),
+        ],
+        **translation.OWN_CONTEXT,
+    )
     tweakables: PointerProperty(
         name="Tweakables",
         description="How the lines of the drawing pull the face",
@@ -155,7 +164,8 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
 
 
 FIT_SETTINGS = (
-    "method", "exaggerate", "hair", "strokes", "stroke_profile", "stroke_depth", "stroke_width",
+    "method", "exaggerate", "hair", "beard", "strokes", "stroke_profile", "stroke_depth",
+    "stroke_width",
 )  # fmt: skip
 
 

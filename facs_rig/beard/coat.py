@@ -1,0 +1,109 @@
+"""What lies under the hairs of a thick beard: a coat on the skin, so that it does not show through.
+
+Polygons of a lighter level of detail, lifted off the skin where the beard is thick, and sunk
+into it at the rim.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common.derived import derived
+from ..mesh import vertex_normals
+from ..rig import FaceRig, landmark_points
+from .beard import Beard
+from .chart import ALONG, _anchors, _over_mouth, chart_of, on_chart
+
+COVERED = 0.35
+"""How thick a beard grows from which on it has a coat."""
+LEAST = 0.006
+"""Metres of hairs up to which skin is meant to be seen between them."""
+THICK, SUNK = 0.12, 0.0012
+"""Share of the hairs' length that a coat stands off, and metres that its rim lies in the skin."""
+MOST = 0.0014
+"""Metres that it stands off at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coat:
+    """points : (n, 3) metres;  root : (n,), each its own
+    quads, uv, index, weight, anchors : as in hairs.Hairs
+    """
+
+    points: NDArray[np.float64]
+    root: NDArray[np.intp]
+    uv: NDArray[np.float64]
+    quads: NDArray[np.intp]
+    index: NDArray[np.int32]
+    weight: NDArray[np.float64]
+    anchors: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """Polygons of the chart's skin, light ones.
+
+    vertices : (g,) of the rig;  quads : (q, 4) of these, by their numbers
+    place : (g, 2) on the chart;  anchors : (g, 3);  above : (g,) over the mouth
+    """
+
+    vertices: NDArray[np.intp]
+    quads: NDArray[np.intp]
+    place: NDArray[np.float64]
+    anchors: NDArray[np.int32]
+    above: NDArray[np.bool_]
+
+
+def coat(rig: FaceRig, vertices: NDArray, beard: Beard) -> Coat:
+    """The coat under a beard on an upright face at rest (v, 3); empty under stubble."""
+    ground = ground_of(rig)
+    cover = on_chart(beard.cover, ground.place)
+    length = np.interp(ground.place[:, 0], ALONG, beard.length)
+    length = np.where(ground.above, beard.moustache, length)
+    thick = (cover > COVERED) & (length > LEAST)
+    kept = thick[ground.quads].all(axis=1)
+    used = np.unique(ground.quads[kept])
+    number = np.full(len(ground.vertices), -1)
+    number[used] = np.arange(len(used))
+    at = ground.vertices[used]
+    normals = vertex_normals(vertices.astype(np.float32), rig.triangles, rig.corners)[at]
+    inner = np.ones(len(ground.vertices), bool)
+    inner[np.unique(ground.quads[~kept])] = False
+    share = np.clip((cover[used] - COVERED) / (1 - COVERED), 0, 1)
+    lift = np.where(inner[used], np.minimum(THICK * length[used], MOST) * share, -SUNK)
+    points = vertices[at] + lift[:, None] * normals
+    index = np.repeat(at[:, None], 3, axis=1).astype(np.int32)
+    return Coat(
+        points, np.arange(len(used)), ground.place[used] * (1, 0), number[ground.quads[kept]],
+        index, np.full((len(used), 3), 1 / 3), ground.anchors[used],
+    )  # fmt: skip
+
+
+@derived
+def ground_of(rig: FaceRig) -> Ground:
+    """The light polygons of a rig's chart, worked out once."""
+    chart = chart_of(rig)
+    corners, starts = _light_polygons(rig)
+    four = np.diff(np.append(starts, len(corners))) == 4
+    quads = corners[starts[four][:, None] + np.arange(4)]
+    known = np.full(rig.n_vertices, -1)
+    known[chart.vertices] = np.arange(len(chart.vertices))
+    quads = quads[(known[quads] >= 0).all(axis=1)]
+    used, flat = np.unique(quads, return_inverse=True)
+    rest = np.asarray(rig.neutral(), float)
+    mark = landmark_points(rig, rest)
+    above = _over_mouth(rest[used], mark)
+    place, normal = chart.place[known[used]], chart.normal[known[used]]
+    anchors = _anchors(rest[used], normal, above, chart.vertices, rest, mark)
+    return Ground(used, flat.reshape(-1, 4), place, anchors, above)
+
+
+def _light_polygons(rig: FaceRig) -> tuple[NDArray, NDArray]:
+    """Polygons of few vertices, by the rig's numbers, and their starts."""
+    if rig.level != "full":
+        return np.asarray(rig.polygon_vertices), np.asarray(rig.polygon_starts)
+    places, starts = rig.lighter["medium"]
+    return rig.texture.vertices[places], np.asarray(starts)

@@ -1,0 +1,230 @@
+"""The hairs of a beard: narrow ribbons that taper, each grown from its own place on the skin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..mesh import vertex_normals
+from ..rig import FaceRig, landmark_points
+from .beard import Beard
+from .chart import ALONG, Roots, chart_of, on_chart, roots_of
+
+SHORT = 0.006
+"""Metres up to which hairs are straight blades of one triangle: stubble."""
+STEPS = ((0.006, 1), (0.03, 3), (np.inf, 5))
+"""Quads along hairs that are at most so long, metres."""
+WIDE = (
+    (0.0, 0.0005),
+    (0.003, 0.0006),
+    (0.008, 0.0022),
+    (0.02, 0.0036),
+    (0.06, 0.0055),
+    (0.2, 0.008),
+)
+"""Length and width of a hair, metres."""
+STANDS = ((0.0, 0.6), (0.006, 0.5), (0.02, 0.45), (0.08, 0.3))
+"""Length, and radians that hairs stand off the skin at the root."""
+CHEEKS, SHORTER = (0.02, 0.055), 0.5
+"""Metres up from the jaw between which hairs grow shorter, and the share of the length at the
+latter."""
+FREE = 0.0004
+"""Metres that a hair keeps off the skin at least."""
+OPEN = 0.0055
+"""Metres over the line of the mouth that a moustache ends."""
+LOCKS = 9
+"""Hairs to a lock of a long beard."""
+HANGS = (0.012, 0.05)
+"""Length between which hairs begin to hang down rather than lie, and to keep upright with the
+head."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hairs:
+    """Ribbons on a face.
+
+    points : (n, 3) metres;  root : (n,) of which root each is;  uv : (n, 2);  tone : (n,) -1..1
+    quads : (q, 4), a triangle has its last corner twice
+    index, weight, anchors : (r, 3) of the roots, see chart.Roots;  stiffness : (r,) see follow
+    """
+
+    points: NDArray[np.float64]
+    root: NDArray[np.intp]
+    uv: NDArray[np.float64]
+    tone: NDArray[np.float64]
+    quads: NDArray[np.intp]
+    index: NDArray[np.int32]
+    weight: NDArray[np.float64]
+    anchors: NDArray[np.int32]
+    stiffness: NDArray[np.float64]
+
+
+def hairs(rig: FaceRig, vertices: NDArray, beard: Beard, triangles: float) -> Hairs | None:
+    """The hairs of a beard on an upright face at rest (v, 3), as many as there is room for where it
+    covers all that it can; None where none grows."""
+    roots = roots_of(rig)
+    rng = np.random.default_rng(0)
+    thin = rng.permutation(len(roots.place)) / len(roots.place)
+    cover = on_chart(beard.cover, roots.place)
+    length = lengths(beard, roots, cover)
+    longest = float(length[cover > 0.3].max(initial=0.0))
+    steps = next(n for size, n in STEPS if longest <= size)
+    lanes = 1 if longest <= SHORT else 2
+    each = 1 if lanes == 1 else 2 * steps
+    kept = np.flatnonzero((cover > 0.2 + 0.6 * thin) & (length > 0.0004))
+    kept = kept[: max(int(triangles // each), 1)]
+    if not len(kept):
+        return None
+    length, cover = length[kept], cover[kept]
+    spread = rng.uniform(-1, 1, (3, len(roots.place)))[:, kept]
+    length = length * (1 + 0.25 * spread[0])
+    base, out, flow = _frames(rig, vertices, roots, kept)
+    middle = _paths(base, out, flow, length, steps, beard, spread, roots.above[kept])
+    middle = _off_the_mouth(rig, vertices, middle, roots.above[kept])
+    middle = _off_the_skin(rig, vertices, middle)
+    return _ribbons(middle, out, length, lanes, roots, kept, rng)
+
+
+def lengths(beard: Beard, roots: Roots, cover: NDArray) -> NDArray[np.float64]:
+    """(r,) metres of the hair at each root: shorter up the cheeks and where it grows thin."""
+    along, up = roots.place.T
+    length = np.interp(along, ALONG, beard.length)
+    high = np.clip((up - CHEEKS[0]) / (CHEEKS[1] - CHEEKS[0]), 0, 1)
+    least = np.minimum(length, 0.004)  # stubble is as long everywhere
+    length = least + (length - least) * (1 - (1 - SHORTER) * high) * np.clip(
+        1.6 * cover - 0.3, 0.15, 1
+    )
+    return np.where(roots.above, beard.moustache * np.clip(0.5 + 0.6 * cover, 0, 1), length)
+
+
+def _frames(
+    rig: FaceRig, vertices: NDArray, roots: Roots, kept: NDArray
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Places of roots, the ways out of the skin there, and along it as hair lies, (k, 3) each."""
+    chart = chart_of(rig)
+    normals = np.zeros((rig.n_vertices, 3))
+    flow = np.zeros((rig.n_vertices, 3))
+    every = np.asarray(vertex_normals(vertices.astype(np.float32), rig.triangles, rig.corners))
+    normals[chart.vertices] = every[chart.vertices]
+    flow[chart.vertices] = chart.flow
+    index, weight = roots.index[kept], roots.weight[kept]
+    base, out, way = (
+        np.einsum("kc,kcd->kd", weight, table[index]) for table in (vertices, normals, flow)
+    )
+    out = _unit(out)
+    way = way - np.einsum("kd,kd->k", way, out)[:, None] * out
+    return base, out, _unit(way)
+
+
+def _paths(
+    base: NDArray, out: NDArray, flow: NDArray, length: NDArray, steps: int, beard: Beard,
+    spread: NDArray, above: NDArray,
+) -> NDArray[np.float64]:  # fmt: skip
+    """(k, steps + 1, 3) the middles of hairs: off the skin at a slant, then down, in locks."""
+    aside = np.cross(out, flow)
+    lean = 0.25 * spread[1][:, None]
+    first = flow * np.cos(lean) + aside * np.sin(lean)
+    rise = (np.interp(length, *np.array(STANDS).T) * (1 + 0.35 * spread[2]))[:, None]
+    first = np.cos(rise) * first + np.sin(rise) * out
+    hang = beard.fall * np.clip((length - HANGS[0]) / (HANGS[1] - HANGS[0]), 0, 1)
+    hang = np.where(above, 0.5 * hang, hang)[:, None]
+    inward = -0.9 * np.clip(length / 0.1, 0.3, 1) * base[:, 0] / 0.06
+    down = _unit(np.stack([inward, -np.ones(len(base)), np.full(len(base), 0.12)], axis=1))
+    t = np.linspace(0, 1, steps + 1)
+    path = [base - FREE * out]
+    for k in range(1, steps + 1):
+        share = hang * np.clip(2.2 * (t[k] + t[k - 1]) / 2, 0, 1)
+        way = _unit((1 - share) * first + share * down)
+        path.append(path[-1] + (length / steps)[:, None] * way)
+    middle = np.stack(path, axis=1)
+    if steps > 1:
+        middle = _locked(middle, length, beard, t)
+    return middle
+
+
+def _locked(middle: NDArray, length: NDArray, beard: Beard, t: NDArray) -> NDArray[np.float64]:
+    """Hairs that lean together toward their tips, and curl."""
+    guides = np.arange(0, max(len(middle) // LOCKS, 1))  # roots in their order are spread evenly
+    own = cKDTree(middle[guides, 0]).query(middle[:, 0])[1]
+    pull = (0.55 * np.clip(length / 0.03, 0, 1))[:, None] * t**1.5
+    middle = middle + pull[..., None] * (middle[guides][own] - middle) * np.array([1, 0.4, 1])
+    if beard.curl:
+        phase = (
+            2 * np.pi * (own * 0.618 % 1)[:, None] + 2.5 * 2 * np.pi * t * (length / 0.03)[:, None]
+        )
+        size = beard.curl * 0.12 * np.minimum(length, 0.03)[:, None] * t
+        middle = middle + np.stack([size * np.cos(phase), 0 * phase, size * np.sin(phase)], axis=2)
+    return middle
+
+
+def _off_the_mouth(
+    rig: FaceRig, vertices: NDArray, middle: NDArray, above: NDArray
+) -> NDArray[np.float64]:
+    """The same hairs, those over the mouth ending before its opening."""
+    mark = landmark_points(rig, vertices)
+    corner, top = mark["mouth_corner_left"], mark["lip_inner_top"]
+    away = np.abs(middle[..., 0])
+    line = np.interp(away, [0, corner[0]], [top[1], corner[1]]) + OPEN
+    held = above[:, None] & (away < corner[0] + 0.002)
+    middle = middle.copy()
+    middle[..., 1] = np.where(held, np.maximum(middle[..., 1], line), middle[..., 1])
+    return middle
+
+
+def _off_the_skin(rig: FaceRig, vertices: NDArray, middle: NDArray) -> NDArray[np.float64]:
+    """The same hairs, what of them went under the skin lifted out of it."""
+    near = _surroundings(rig)
+    normals = vertex_normals(vertices.astype(np.float32), rig.triangles, rig.corners)[near]
+    skin = vertices[near]
+    flat = middle[:, 1:].reshape(-1, 3)
+    nearest = cKDTree(skin).query(flat)[1]
+    depth = np.einsum("kd,kd->k", flat - skin[nearest], normals[nearest])
+    lift = np.clip(FREE - depth, 0, 0.02)
+    middle = middle.copy()
+    middle[:, 1:] += (lift[:, None] * normals[nearest]).reshape(middle[:, 1:].shape)
+    return middle
+
+
+def _surroundings(rig: FaceRig) -> NDArray[np.intp]:
+    """Every third vertex of the skin that hairs may touch."""
+    return chart_of(rig).vertices[::3]
+
+
+def _ribbons(
+    middle: NDArray, out: NDArray, length: NDArray, lanes: int, roots: Roots, kept: NDArray,
+    rng: np.random.Generator,
+) -> Hairs:  # fmt: skip
+    count, knots = middle.shape[:2]
+    along = _unit(np.gradient(middle, axis=1))
+    aside = _unit(np.cross(along, out[:, None] + 0 * along))
+    t = np.linspace(0, 1, knots)
+    width = np.interp([length, length.max() + 0 * length], *np.array(WIDE).T)
+    width = np.maximum(width[0], 0.55 * width[1]) * rng.uniform(0.7, 1.3, count)
+    number = np.arange(count)
+    if lanes == 1:  # one triangle: two corners at the root and one at the tip
+        half = 0.5 * width[:, None] * aside[:, 0]
+        points = np.stack([middle[:, 0] - half, middle[:, 0] + half, middle[:, -1]], axis=1)
+        uv = np.tile([(0.0, 0.0), (1.0, 0.0), (0.5, 1.0)], (count, 1))
+        quads = 3 * number[:, None] + np.array([0, 1, 2, 2])
+        size = 3
+    else:
+        taper = np.minimum(0.55 + 2 * t, 1) * (1 - t**2.2) + 0.06
+        half = 0.5 * (width[:, None] * taper)[..., None] * aside
+        points = np.stack([middle - half, middle + half], axis=2).reshape(count, -1, 3)
+        uv = np.tile(np.stack([np.tile([0.0, 1.0], knots), np.repeat(t, 2)], axis=1), (count, 1))
+        step = 2 * np.arange(knots - 1)[:, None] + np.array([0, 1, 3, 2])
+        quads = (2 * knots * number[:, None, None] + step).reshape(-1, 4)
+        size = 2 * knots
+    stiff = 0.75 * np.clip((length - HANGS[0]) / (HANGS[1] - HANGS[0]), 0, 1)
+    tone = np.clip(rng.normal(0, 0.45, count), -1, 1)
+    return Hairs(
+        points.reshape(-1, 3), np.repeat(number, size), uv, np.repeat(tone, size), quads,
+        roots.index[kept], roots.weight[kept], roots.anchors[kept], stiff,
+    )  # fmt: skip
+
+
+def _unit(vectors: NDArray) -> NDArray[np.float64]:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
