@@ -211,6 +211,7 @@ def corrections() -> None:
     settings().sketch = sketch
     face = press("sketch_to_face.fit")
     press("sketch_to_face.hair", kind="surface")
+    press("sketch_to_face.beard", kind="GOATEE")
     press("sketch_to_face.decide", name="smile", decision="REJECT")
     press("sketch_to_face.evidence")
     overlay = sys.modules[MODULE + ".viewport.overlay"]
