@@ -162,6 +162,7 @@ def _setting_argument(group: argparse._ActionsContainer, item: Field[Any]) -> No
 
 
 def fit(options: argparse.Namespace) -> int:
+    from addon.export import check_hair
     from facs_rig.common.box import Box
     from facs_rig.common.files import Outputs, check_output
     from facs_rig.levels import check_level
@@ -172,6 +173,7 @@ def fit(options: argparse.Namespace) -> int:
     distinct([sketch, face, options.report, options.preview])
     check_output(face, FACES)
     need_bpy(face)
+    check_hair(face, options.hair)
     if options.report:
         check_output(options.report, (".json",))
     if options.preview:
@@ -220,6 +222,8 @@ def fit(options: argparse.Namespace) -> int:
             say(PAINTED, 0)
         if fitted.detection.left_out():
             say(fitted.detection.left_out(), 0)
+        if fitted.hat_left_out:
+            say(pipeline.HAT_LEFT_OUT, 0)
     return 0
 
 

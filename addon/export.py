@@ -32,10 +32,11 @@ from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import OutputError, Outputs
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.levels import FULL, at_level, kept_by, keys_kept_by
 from facs_rig.paint import linear_light, srgb
-from facs_rig.shape import Shape, Worn, rig_shape
+from facs_rig.shape import Shape, rig_shape
 
 # The file's vertices as core coordinates: core = matrix @ [x y z 1]; .blend has z up.
 FROM_BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -52,6 +53,7 @@ def write_mesh(
     offsets: NDArray | None = None,
     fitted: Sequence[FittedKey] = (),
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
     beard: BeardMesh | None = None,
     *,
     names: str = "ours",
@@ -64,7 +66,8 @@ def write_mesh(
 
     offsets : (n, 3) float, metres, the fitted details, upright head
     fitted : what of them goes with the actions of the expression
-    hair, beard : what the face wears, objects of their own; a .ply is the face alone
+    hair, hat, beard : what the face wears, each an object of its own; a .ply is the face alone, and
+        only a .blend holds curves
     names : of the shape keys: `ours`, the 47 controls (1 is full natural activation), or `arkit`,
         the 52 of live-capture tools; both add to what is there, and a last one named `neutral`
         takes the expression away
@@ -72,8 +75,8 @@ def write_mesh(
     keys : write the folder of shape keys beside an .obj
     progress : is called with (done, total) where it takes long
     outputs : the job that this is a part of: the face appears together with its other files
-    Raises InputError for another ending, or where Blender's module is needed and missing, and
-    OutputError where the file cannot be written.
+    Raises InputError for another ending, for hair that the file cannot hold, or where Blender's
+    module is needed and missing, and OutputError where the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in ENDINGS:
@@ -82,9 +85,14 @@ def write_mesh(
         raise InputError(f"shape keys are named {' or '.join(NAMES)}, not '{names}'")
     if keys and suffix != ".obj":
         raise InputError(f"a folder of shape keys goes with .obj, not with '{path.name}'")
-    worn: tuple[Worn, ...] = () if hair is None else (hair.worn_on(rig.pose(parameters, offsets)),)
-    if hair is not None and offsets is not None:
-        hair = hair.lying_on(rig.neutral(parameters.identity) + offsets)
+    if hair is not None:
+        check_hair(path, hair.kind)
+    wears = [part for part in (hair, hat) if part is not None]
+    worn = tuple(part.worn_on(rig.pose(parameters, offsets)) for part in wears)
+    if offsets is not None and wears:
+        rest = rig.neutral(parameters.identity) + offsets
+        hair = hair.lying_on(rest) if hair is not None else None
+        hat = hat.lying_on(rest) if hat is not None else None
     rig = at_level(rig, detail)
     offsets = None if offsets is None else kept_by(rig, offsets)
     fitted = keys_kept_by(rig, fitted)
@@ -99,8 +107,8 @@ def write_mesh(
     with contextlib.nullcontext(outputs) if outputs else Outputs() as job:
         if suffix == ".blend":
             _write_blend(
-                job.beside(path), rig, parameters, offsets, fitted, (hair, beard), _called(path),
-                names,
+                job.beside(path), rig, parameters, offsets, fitted, (hair, hat, beard),
+                _called(path), names,
             )  # fmt: skip
             return
         shape = replace(rig_shape(rig, parameters, offsets, targets), worn=worn)
@@ -110,6 +118,14 @@ def write_mesh(
         WRITERS[suffix](job.beside(path), shape, _called(path))
         if keys:
             _write_keys(job.beside(_fit_for_keys(key_folder(path))), shape, progress)
+
+
+def check_hair(path: Path, kind: str) -> None:
+    """InputError, one sentence, for hair that a file cannot hold. kind : see facs_rig.hair.mesh"""
+    if kind == "curves" and path.suffix.lower() not in (".blend", ".ply"):
+        raise InputError(
+            f"'{path.name}' cannot hold hair curves: write a .blend, or choose locks for the hair"
+        )
 
 
 def _called(path: Path) -> str:
@@ -338,16 +354,19 @@ def _failing_as_files_do() -> Iterator[None]:
 
 
 def _write_blend(path: Path, rig, parameters, offsets, fitted, worn, name: str, names: str) -> None:
-    """worn : hair and beard, or None"""
-    hair, beard = worn
+    """worn : hair, hat and beard, or None"""
+    hair, hat, beard = worn
     bpy = _blender(".blend")
     from facs_rig.blender import build_face
     from facs_rig.blender.beard import grow
     from facs_rig.blender.hair import wear
+    from facs_rig.blender.hat import put_on
 
     face = build_face(name, rig, parameters, offsets, fitted, arkit=names == "arkit")
     if hair is not None:
         wear(face, hair, parameters.identity)
+    if hat is not None:
+        put_on(face, hat, parameters.identity)
     if beard is not None:
         grow(face, beard)
     bpy.context.preferences.filepaths.save_version = 0

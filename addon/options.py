@@ -17,7 +17,8 @@ from snakes import DEEPEST, PROFILES, WIDEST, Tweakables
 METHODS = ("lines", "shape", "thesis")
 # What becomes of the strokes that have no place on the face.
 UNMATCHED = ("ignore", "engrave", "emboss")
-# What is made of drawn hair: a surface with locks on it, that surface alone, or nothing.
+# What is made of drawn hair: a surface with locks on it, that surface alone, strands over a thinner
+# one (for a .blend alone), or nothing.
 HAIR = (*KINDS, "ignore")
 # And of a drawn beard: hairs on the skin, or nothing.
 BEARD = ("hairs", "ignore")
@@ -58,7 +59,9 @@ class FitOptions:
         0.0,
         MOST_EXAGGERATED,
     )
-    hair: str = setting("locks", "Hair", "What is made of drawn hair", choices=HAIR)
+    hair: str = setting(
+        "locks", "Hair", "What is made of drawn hair; curves are for a .blend", choices=HAIR
+    )
     beard: str = setting("hairs", "Beard", "What is made of a drawn beard", choices=BEARD)
     strokes: str = setting("ignore", "Unmatched strokes", choices=UNMATCHED)
     stroke_depth: float = setting(

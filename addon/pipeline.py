@@ -39,6 +39,7 @@ from facs_rig.common.polylines import line_length
 from facs_rig.exaggeration import exaggerated
 from facs_rig.fitted_keys import FittedKey, offsets_at
 from facs_rig.hair.cut import Cut
+from facs_rig.hair.hat import Hat, HatMesh, hat_mesh
 from facs_rig.hair.mesh import KINDS, HairMesh, hair_mesh
 from facs_rig.levels import FULL
 from snakes import Lines, carvable, engrave
@@ -50,6 +51,7 @@ __all__ = [
 
 Progress = Callable[[int, int], None]
 Shaped = Callable[[FaceParameters, NDArray[np.float32], tuple[FittedKey, ...]], None]
+HAT_LEFT_OUT = "There is a hat in the sketch of which none could be made: it is left out."
 STAGES = ("read", "detect", "align", "fit", "hair", "carve")
 
 
@@ -61,6 +63,7 @@ class FaceFit:
     fitted : what the method found, what was carved into it, exaggerated
     cut : the hair, for a person of `parameters`; None for a bald one, and where it is ignored
     hair_kind : of facs_rig.hair.mesh.KINDS
+    hat : likewise; hat_left_out : whether there is one of which none could be made
     grows : the beard, for a person of `parameters`; None as for hair
     compared : the face held against the sketch, before strokes were carved into it or it was
     exaggerated
@@ -74,6 +77,8 @@ class FaceFit:
     cut: Cut | None
     hair_kind: str
     stages_s: dict[str, float]
+    hat: Hat | None = None
+    hat_left_out: bool = False
     grows: Beard | None = None
 
     @property
@@ -110,6 +115,11 @@ class FaceFit:
         if self.cut is None:
             return None
         return hair_mesh(self.rig, self.parameters.identity, self.cut, self.hair_kind)
+
+    @cached_property
+    def hat_mesh(self) -> HatMesh | None:
+        """The hat as a mesh, if there is any."""
+        return None if self.hat is None else hat_mesh(self.rig, self.parameters.identity, self.hat)
 
     @cached_property
     def beard(self) -> BeardMesh | None:
@@ -191,19 +201,19 @@ def fit(
 
     looked = options.method != "thesis"
     wears, grows = (looked and how != "ignore" for how in (options.hair, options.beard))
-    page, cut, beard = None, None, None
+    page, cut, worn, hat, beard = None, None, None, None, None
     if wears or grows:
-        page, cut = hair_of(drawing, detection, rig, as_drawn)
+        page, cut, worn, hat = hair_of(drawing, detection, rig, as_drawn)
     if grows:
         page, beard = beard_of(drawing, detection, rig, as_drawn, page)
     if not wears:
-        cut = None
+        cut, worn, hat = None, None, None
     clock.lap("hair")
 
     compared = Comparison(
         drawing.image, rig, as_drawn, FaceParameters(head=expression.head), place,
         detection.mask.hides if detection.mask else None, options.tweakables.max_delta,
-        partial(beside_hair, page) if page and (cut or beard) else None,
+        partial(beside_hair, page, hat=worn) if page and (cut or hat or beard) else None,
     )  # fmt: skip
     if carves:
         lost = compared.unmatched
@@ -214,7 +224,10 @@ def fit(
             shaped(fitted.parameters, fitted.offsets, fitted.keys)
     clock.lap("carve")
     kind = options.hair if wears else KINDS[0]
-    return FaceFit(drawing, detection, rig, fitted, compared, cut, kind, clock.laps, beard)
+    without = worn is not None and hat is None
+    return FaceFit(
+        drawing, detection, rig, fitted, compared, cut, kind, clock.laps, hat, without, beard
+    )
 
 
 def read_expression(
@@ -249,6 +262,7 @@ def report(face: FaceFit, path: Path | None = None) -> dict[str, Any]:
         "identity": {name: float(v) for name, v in face.parameters.identity.items()},
         "projection": projection.tolist(),
         "hair": _hair_to_json(face.cut),
+        "hat": _hat_to_json(face),
         "beard": _beard_to_json(face.grows),
         "contour_error_px": face.contour_error_px,
         "unmatched": [
@@ -263,6 +277,14 @@ def _hair_to_json(cut: Cut | None) -> dict[str, Any] | None:
     if cut is None:
         return None
     return {"falls": cut.hangs, "curl": round(cut.curl, 3), "colour": round(cut.colour, 3)}
+
+
+def _hat_to_json(face: FaceFit) -> dict[str, Any] | None:
+    """What kind of hat it is, or that there is one that the face does not wear."""
+    if face.hat is None:
+        return {"left_out": HAT_LEFT_OUT} if face.hat_left_out else None
+    brim = float(face.hat.brim.max())
+    return {"left_out": None, "brim_m": round(brim, 4), "colour": round(face.hat.colour, 3)}
 
 
 def _beard_to_json(beard: Beard | None) -> dict[str, Any] | None:
@@ -281,6 +303,9 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
     """(h, 4 w, 3) picture: sketch, fitted face, it in three quarters, its lines on the sketch."""
     from addon.preview import panels, three_quarters
 
+    hair = face.hair
+    if hair is not None and hair.strands is not None:  # locks lie where strands lie
+        hair = hair_mesh(face.rig, face.parameters.identity, hair.cut, "locks")
     aside = replace(face.parameters, head=three_quarters(face.parameters.head))
     return panels(
         face.drawing.image,
@@ -291,6 +316,7 @@ def preview(face: FaceFit) -> NDArray[np.uint8]:
         face.camera,
         face.compared.unmatched,
         face.hair,
+        face.hat_mesh,
         face.beard,
     )
 
@@ -304,7 +330,7 @@ def write_face(
     """
     write_mesh(
         Path(path), face.rig, face.parameters, face.offsets, face.keys, face.hair,
-        face.beard, detail=detail, outputs=outputs,
+        face.hat_mesh, face.beard, detail=detail, outputs=outputs,
     )  # fmt: skip
 
 

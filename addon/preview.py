@@ -15,6 +15,7 @@ from dataset_gen.linework import ink
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import Camera, FaceParameters, FaceRig, rasterise
 from facs_rig.beard.mesh import BeardMesh
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import HairMesh
 from facs_rig.looks import colours_of
 from facs_rig.mesh import corner_matrix, vertex_normals
@@ -42,16 +43,17 @@ def panels(
     camera: Camera,
     unmatched: Sequence[NDArray] = (),
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
     beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
-    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with its hair (or what is drawn of hair
-    and the like in grey), it in three quarters, its lines over the sketch.
+    """(h, 4 w, 3) uint8: sketch, fitted face as it is drawn with hair and hat (or what is drawn of
+    hair and the like in grey), it in three quarters, its lines over the sketch.
 
     drawing : (h, w) float, 1 is paper;  fitted, aside : (n, 3) metres, turned as it is drawn and as
     it is not;  camera : of the drawing's pixels;  unmatched : polylines (k, 2) of the drawing that
     have no place on the face, in its pixels.
     """
-    camera, box = _close_up(_with(fitted, hair, beard), camera)
+    camera, box = _close_up(_with(fitted, hair, hat, beard), camera)
     sketch = _cut(drawing, box, (camera.width, camera.height))
     left, top, right, bottom = box
     zoom = np.array([camera.width / (right - left), camera.height / (bottom - top)])
@@ -63,15 +65,15 @@ def panels(
     overlay = _drawn_over(faint, homeless, 1.4, UNMATCHED)
     overlay = _drawn_over(overlay, draw_strokes(rig, fitted, camera, detail=1), 1.8, FITTED)
     identity = dict(parameters.identity)
-    face: NDArray = paint(rig, fitted, camera, identity, hair, beard)
-    if hair is None:
+    face: NDArray = paint(rig, fitted, camera, identity, hair, hat, beard)
+    if hair is None and hat is None:
         face = _drawn_over(np.where(face == PAPER, faint, face), homeless, 1.2, HOMELESS)
-    beside = _beside(_with(aside, hair, beard), camera)
-    other = paint(rig, aside, beside, identity, hair, beard)
+    beside = _beside(_with(aside, hair, hat, beard), camera)
+    other = paint(rig, aside, beside, identity, hair, hat, beard)
     return np.concatenate([sketch, face, other, overlay], axis=1).astype(np.uint8)
 
 
-def _with(vertices: NDArray, *worn: HairMesh | BeardMesh | None) -> NDArray:
+def _with(vertices: NDArray, *worn: HairMesh | HatMesh | BeardMesh | None) -> NDArray:
     """The points of a posed face and of what it wears."""
     return np.concatenate([vertices, *(thing.on(vertices) for thing in worn if thing is not None)])
 
@@ -108,28 +110,27 @@ def paint(
     camera: Camera,
     identity: dict[str, float] | None = None,
     hair: HairMesh | None = None,
+    hat: HatMesh | None = None,
     beard: BeardMesh | None = None,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 picture of a posed face (n, 3), coloured and lit by two soft lamps.
 
-    hair, beard : it wears these
+    hair, hat, beard : it wears these
     """
     fine = camera.cropped(
         0, 0, camera.width, camera.height, camera.width * FINER, camera.height * FINER
     )
     picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    worn = [(thing, thing.on(vertices)) for thing in (hair, beard) if thing is not None]
+    strands = [(thing, thing.on(vertices)) for thing in (hair, beard) if thing is not None]
     meshes = [(vertices, rig.triangles)]
-    for thing, over in worn:  # from both sides
+    for thing, over in strands:  # from both sides
         meshes.append((over, np.concatenate([thing.triangles, thing.triangles[:, ::-1]])))
+    if hat is not None:
+        meshes.append((hat.on(vertices), hat.triangles))
     points, triangles = _together(meshes)
     buffers = rasterise(points, triangles, fine)
     seen = _Seen(vertices, rig.triangles, fine, buffers.triangle, 0)
-    light = np.full(len(seen.owner), AMBIENT)
-    normals = seen.normals(rig.corners)
-    for direction, strength in LAMPS:
-        toward = np.array(direction) / np.linalg.norm(direction)
-        light += strength * np.clip(normals @ toward, 0, 1)
+    light = _lit(seen.normals(rig.corners))
     # Brows and irises are looked up where the pixel lies on the default face: crisp at any size.
     material = materials_at(rig, seen.at(rig.neutral()), rig.triangle_part[seen.owner])
     palette = colours_of(identity or {})
@@ -138,15 +139,30 @@ def paint(
         linear[material] * np.clip(light, 0, 1.1)[:, None]
     )
     first = len(rig.triangles)
-    for (thing, over), (_, ribbons) in zip(worn, meshes[1:], strict=True):
+    for (thing, over), (_, ribbons) in zip(strands, meshes[1:], strict=False):
         seen = _Seen(over, ribbons, fine, buffers.triangle, first)
         normals = seen.normals(corner_matrix(thing.triangles, len(over)), thing.triangles)
         linear = hair_light(thing, over, normals, seen.at, LAMPS, AMBIENT)
         picture[seen.rows, seen.columns] = 255 * srgb(np.clip(linear, 0, 1))
         first += len(ribbons)
+    if hat is not None:
+        over = meshes[-1][0]
+        seen = _Seen(over, hat.triangles, fine, buffers.triangle, first)
+        light = _lit(seen.normals(corner_matrix(hat.triangles, len(over))))
+        shade = seen.at(hat.shade[:, None]) * light[:, None]
+        picture[seen.rows, seen.columns] = 255 * srgb(np.clip(shade * hat.colour, 0, 1))
     rows = np.sum([picture[k::FINER] for k in range(FINER)], axis=0)
     mean = np.sum([rows[:, k::FINER] for k in range(FINER)], axis=0) / FINER**2
     return np.clip(mean, 0, 255).astype(np.uint8)
+
+
+def _lit(normals: NDArray) -> NDArray[np.float64]:
+    """(k,) how light the lamps make places with these normals (k, 3)."""
+    light = np.full(len(normals), AMBIENT)
+    for direction, strength in LAMPS:
+        toward = np.array(direction) / np.linalg.norm(direction)
+        light += strength * np.clip(normals @ toward, 0, 1)
+    return light
 
 
 def _together(meshes: Sequence[tuple[NDArray, NDArray]]) -> tuple[NDArray, NDArray]:

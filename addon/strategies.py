@@ -13,13 +13,21 @@ from addon.options import FitOptions
 from addon.placement import apart, check_pins, pins_in
 from classifiers import Detection
 from classifiers.detection import CLOSE
+from classifiers.mouth import RIMS, Mouth
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.common.box import Box
 from facs_rig.fitted_keys import FittedKey
 from snakes import Lines, Observations, PinsApart, fit_lines
+from snakes.lines import HEAD
+from snakes.shape import OPENERS
 
 # A drawing that the detector believes to be a face with less than this has no landmarks to go by.
 LEAST_FACE = 0.5
+# A mouth is taken for open from these log-odds on: those of the closer look, and half those of the
+# likeliest action that opens it, by the networks that see the whole face. Chosen by drawings whose
+# mouths are known, so that few shut ones are opened. The distance between its rims is at best told
+# with LEAST_GAP, a share of the head, else as its landmarks are.
+OPENED, LEAST_GAP = 0.6, 0.008
 
 
 @dataclass(frozen=True)
@@ -60,7 +68,7 @@ def by_lines(
     pins = pins_in(drawing, options.pins)
     sure = detection.face_probability >= LEAST_FACE
     observed = replace(
-        _observations(detection) if sure else Observations({}, {}),
+        _observations(detection, camera.scale[0]) if sure else Observations({}, {}),
         pins=pins,
         decided=frozenset(options.expression),
     )
@@ -104,12 +112,32 @@ def as_thesis(
     return Fitted(expression, found.offsets, vertices, camera, found.box)
 
 
-def _observations(detection: Detection) -> Observations:
-    """What the detector saw, for the fit. A landmark's distance is distributed exponentially."""
+def _observations(detection: Detection, scale: float) -> Observations:
+    """What the detector saw, for the fit. A landmark's distance is distributed exponentially.
+
+    scale : pixels of the drawing for a metre
+    """
     height = np.ptp([v for _, v in detection.landmarks.values()])
     spreads = {
         name: -CLOSE * height / math.log(max(1 - near, 1e-9)) if near > 0 else math.inf
         for name, near in detection.confidences.items()
     }
     hair = detection.mask.hides if detection.mask else None
-    return Observations(detection.landmarks, spreads, person=detection.person, hair=hair)
+    seen = Observations(detection.landmarks, spreads, person=detection.person, hair=hair)
+    mouth = detection.mouth
+    if mouth is None or _open_odds(mouth, detection) < OPENED:
+        return seen
+    off = np.mean([mouth.spreads[name] for pair in RIMS for name in pair])
+    return replace(
+        seen,
+        landmarks={**seen.landmarks, **mouth.landmarks},
+        spreads={**spreads, **mouth.spreads},
+        gap=max(LEAST_GAP, float(off) / (HEAD * scale)),
+    )
+
+
+def _open_odds(mouth: Mouth, detection: Detection) -> float:
+    """The log-odds of an open mouth, by all that was seen of it."""
+    acts = max(p for name, p in detection.probabilities.items() if name in OPENERS)
+    odds = [math.log(p / (1 - p)) for p in np.clip([mouth.opened, acts], 1e-6, 1 - 1e-6)]
+    return odds[0] + 0.5 * odds[1]

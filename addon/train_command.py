@@ -42,8 +42,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--only",
         metavar="UNITS",
-        help="train the networks of these units alone, with commas, or those of 'person,regions': "
-        "who is drawn, and what lies where",
+        help="train the networks of these units alone, with commas, or those of "
+        "'person,regions,hats': who is drawn, what lies where, and where that is a hat",
     )
     parser.add_argument(
         "--start",
@@ -129,9 +129,12 @@ def train(options: argparse.Namespace) -> None:
 
         checkpoint = train_all(data, CONTROL_NAMES, options.out, config, options.start)
     if not options.no_export:
-        from classifiers.training.export import export
+        from classifiers.training.export import export, extended
 
         weights = options.weights or options.out / "weights"
+        if options.only and set(only) <= {"regions", "hats"} and options.start.is_dir():
+            extended(checkpoint, options.start, weights)
+            return
         start = None if options.only else options.start
         export(checkpoint, data, weights, log.info, options.read, start, options.blend)
 
@@ -139,7 +142,7 @@ def train(options: argparse.Namespace) -> None:
 def alone(names: str) -> tuple[str, ...]:
     """The parts of the networks that are no units, named with commas; none if others are named."""
     wanted = tuple(name for name in names.replace(" ", "").split(",") if name)
-    return wanted if wanted and set(wanted) <= {"person", "regions"} else ()
+    return wanted if wanted and set(wanted) <= {"person", "regions", "hats"} else ()
 
 
 def chosen(names: str) -> tuple[str, ...]:

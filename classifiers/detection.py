@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .finding import Face
 from .mask import Mask
+from .mouth import Mouth
 from .plausible import HIDDEN, NO_NOSE
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -51,6 +52,7 @@ class Detection:
     turn : quarter turns anticlockwise, 0..3, by which the drawing was turned to be read; all pixels
     here are those of the turned one
     mask : where on the drawing face, hair and beard are, of networks that tell
+    mouth : what a closer look at it says, of networks that take one
     trouble : one of `plausible`, why nothing can be read; empty if a face was found. Without one
     nothing is active
     """
@@ -67,6 +69,7 @@ class Detection:
     trouble: str = ""
     person: dict[str, tuple[float, float]] = field(default_factory=dict)
     mask: Mask | None = field(default=None, compare=False)
+    mouth: Mouth | None = field(default=None, compare=False)
 
     @property
     def clockwise(self) -> int:

@@ -19,7 +19,16 @@ from .detection import CLOSE, Detection
 from .finding import Face, echo, faces_on, squared, widened
 from .labels import ACTIVE, FULL, mirror_order
 from .mask import Mask
-from .plausible import LIKELY, NOSE_FRAME, expected_error, nose_ink, trouble, upright
+from .mouth import mouth_reader
+from .plausible import (
+    LIKELY,
+    NOSE_FRAME,
+    expected_error,
+    nose_ink,
+    trouble,
+    turned,
+    upright,
+)
 from .preprocess import (
     WIDER,
     Floats,
@@ -89,6 +98,7 @@ class Detector:
 
     def __init__(self, folder: Path, threads: int = THREADS) -> None:
         self._networks = Runtime(folder, threads)
+        self._mouth = mouth_reader(folder, threads)
         self.model = self._networks.model
         self.aus: tuple[str, ...] = tuple(self.model["aus"])
         self.landmarks: tuple[str, ...] = tuple(self.model["landmarks"])
@@ -115,8 +125,13 @@ class Detector:
         Raises InputError for another shape, dtype or range. A page without a face gives a detection
         with a `trouble`: the caller decides what to make of it.
         """
-        turn, reading = upright(self, as_page(drawing), head)
-        return self.interpret(reading, turn, placed=head is not None)
+        page = as_page(drawing)
+        turn, reading = upright(self, page, head)
+        found = self.interpret(reading, turn, placed=head is not None)
+        if found.trouble or self._mouth is None:
+            return found
+        mouth = self._mouth.read(turned(page, turn), found.landmarks, reading.box.turn)
+        return replace(found, mouth=mouth)
 
     def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:
         """The networks' answer as probabilities, decisions and intensities.

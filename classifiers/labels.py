@@ -20,8 +20,8 @@ FULL = 5.0  # a full natural activation; intensities are detected from 0 to this
 ACTIVE = 1.0  # from here on a control counts as active; between 0 and this it is neither
 # What is told of the person: parameters of identity that a mirrored drawing has as well.
 PERSON = ("gender", "age", "weight", *ETHNICITIES, *(feature.name for feature in FEATURES))
-# What of a drawing is told apart, coarsely; a hat counts as the hair that it hides.
-REGIONS = ("face", "hair", "beard")
+# What of a drawing is told apart, coarsely; a hat counts as the hair that it hides, and besides.
+REGIONS = ("face", "hair", "beard", "hat")
 
 
 def resolve_sides(aus: Mapping[str, float]) -> dict[str, float]:

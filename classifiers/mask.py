@@ -19,7 +19,7 @@ class Mask:
     """What lies where in a part of a page.
 
     box : that part, in pixels of the page
-    shares : (r, c, c) how probable each of REGIONS is in each cell of it, 0..1
+    shares : (r, c, c) how probable each of the first r REGIONS is in each cell of it
     """
 
     box: Box
@@ -32,6 +32,8 @@ class Mask:
     def at(self, region: str, points: NDArray) -> NDArray[np.float64]:
         """(k,) how probable a region of REGIONS is at points (k, 2) of the page, 0..1: between the
         middles of cells as they say it together, beyond the box as at its edge."""
+        if REGIONS.index(region) >= len(self.shares):  # older networks tell of no hats
+            return np.zeros(len(points))
         shares = self.shares[REGIONS.index(region)]
         last = len(shares) - 1
         u, v = np.clip(self.box.to_units(np.asarray(points, float)) * len(shares) - 0.5, 0, last).T

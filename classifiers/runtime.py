@@ -73,6 +73,8 @@ class Runtime:
         values = self._session.run(None, {"ink": ink[:, None]})
         answers = dict(zip(self._outputs, values, strict=True))
         units, places = answers["units"], answers["landmarks"]
+        if "regions" in self.model:  # older networks tell fewer
+            answers["regions"] = answers["regions"][:, : len(self.model["regions"])]
         return Answers(
             units[:, :, 1] - units[:, :, 0],
             units[:, :, 2] * FULL,

@@ -112,19 +112,21 @@ def make_sample(
     engine: str = "contours",
     strokes: bool = False,
     identity: Mapping[str, float] | None = None,
+    aus: Mapping[str, float] | None = None,
     hair: float = HAIRED,
 ) -> tuple[NDArray[np.uint8], dict]:
     """Picture (size, size) uint8 and the dictionary of everything that made sample `index`.
 
     Landmarks are pixels of the picture. `camera` is that of the drawing; a photograph of it may
     be taken at a slant, and `page` (3 x 3) takes the camera's pixels to the picture's.
-    identity : who is drawn, else by lot;  hair : share of faces that wear a head of hair (of
-    `people` and `felt`, not by conventions); with 0 some have one of the four old heads of hair
+    identity, aus : who is drawn and what it does, else by lot
+    hair : share of faces that wear a head of hair (of `people` and `felt`, not by conventions);
+    with 0 some have one of the four old heads of hair
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
     draw, drawable = _engine(engine, haired(hair, scheme, engine))
-    sample = sample_face(rig, rng, size, scheme, drawable, identity)
+    sample = sample_face(rig, rng, size, scheme, drawable, identity, aus)
     vertices = rig.pose(sample.parameters)
     drawn = draw(rig, vertices, sample, second_rng(seed, index))
     camera, style = drawn.camera, drawn.style

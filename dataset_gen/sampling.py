@@ -66,6 +66,7 @@ def sample_face(
     scheme: str = DEFAULT,
     drawable: Collection[str] = KINDS,
     identity: Mapping[str, float] | None = None,
+    actions: Mapping[str, float] | None = None,
 ) -> Sample:
     """A random face, its camera (size x size pixels) and its style.
 
@@ -75,12 +76,12 @@ def sample_face(
         faces without creases; varied, two in three of them with faint creases or none; thesis,
         every action at a random 0 to 5
     drawable : the kinds of lines that the engine knows; ways that need others are not drawn by lot
-    identity : whose face it is, else by lot
+    identity, actions : whose face it is and what it does, else by lot
     """
     if scheme == "felt" and rng.random() < FELT:
         aus = sample_feeling(rng)
     else:
-        aus = _thesis_actions(rng) if scheme == "thesis" else _sparse_actions(rng)
+        aus = _thesis_actions(rng) if scheme == "thesis" else sample_actions(rng)
     yaw = rng.normal(0, 12) if rng.random() < 0.45 else rng.uniform(-50, 50)
     head = np.radians([yaw, rng.normal(0, 7), rng.normal(0, 5)])
     neck = np.radians(rng.normal(0, 1.5, 3))
@@ -89,6 +90,8 @@ def sample_face(
     who = sample_person(rng) if scheme in OF_ALL_KINDS else {**EARLIER, **sample_identity(rng)}
     if identity is not None:
         who = dict(identity)
+    if actions is not None:
+        aus = dict(actions)
     parameters = FaceParameters(aus, who, _floats(head), _floats(neck), looking)
     distance = float(rng.uniform(0.7, 2.5)) if rng.random() < 0.5 else float("inf")
     margin = float(rng.uniform(0.02, 0.12))
@@ -117,7 +120,7 @@ def _crease_depth(rng: np.random.Generator, wrinkles: float) -> float:
     return (-1.0, round(float(rng.uniform(-1, 0)), 4), wrinkles)[kind]
 
 
-def _sparse_actions(rng: np.random.Generator) -> dict[str, float]:
+def sample_actions(rng: np.random.Generator) -> dict[str, float]:
     """A few actions at any strength: the improvement that the thesis proposes.
 
     First how many, then which, then how strong, over the whole natural range.

@@ -21,10 +21,11 @@ from facs_rig.fitted_keys import FittedKey
 from .at_rest import expression_keys
 from .brows import brow_thickness
 from .contours import head_box
+from .creases import drawn_wrinkles
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
-from .mouth import with_rims
+from .mouth import held_rims, with_rims
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -97,16 +98,19 @@ def fit_lines(
     parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
     posed = rig.pose(parameters)
     thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
-    if thick is not None:
-        identity = {**parameters.identity, "brow_thickness": round(thick, 4)}
-        parameters = replace(parameters, identity=identity)
+    deep = drawn_wrinkles(faces, mane, rig, posed, camera, parameters)
+    seen = {} if thick is None else {"brow_thickness": round(thick, 4)}
+    seen |= {"wrinkles": round(deep, 4)} if deep else {}
+    if seen:
+        parameters = replace(parameters, identity={**parameters.identity, **seen})
         posed = rig.pose(parameters)
     clock.lap("shape")
     model = face_contours(rig, posed, camera) if pull else None
     if model:
         most = settings.max_delta * box.height / WORKING_SIZE[1] / camera.scale[0]
         offsets = pull_skin(faces, model, rig, parameters, camera, most, settings,
-                            observed.pins, observed.hair)  # fmt: skip
+                            observed.pins, observed.hair,
+                            held_rims(rig, posed, camera, observed))  # fmt: skip
         if settings.mirror:
             offsets = symmetrise(offsets, rig.mirror)
         offsets = unfold(rig, skin_smoother(rig), rig.shape(parameters), offsets)

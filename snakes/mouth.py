@@ -6,17 +6,22 @@ the mouth, and put lips where its rims are; that something is filled tells one f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .lines import Lines
+from facs_rig import LANDMARKS, Camera, FaceRig
+
+from .lines import HEAD, Lines
+from .pull import Held
 
 if TYPE_CHECKING:
     from .shape import Observations
 
-__all__ = ["with_rims"]
+__all__ = ["held_rims", "rims_of", "with_rims"]
 
 COLUMNS = (
     ("lip_inner_upper_right", "lip_inner_lower_right", "lip_peak_right", "lip_lower_inner_right"),
@@ -25,12 +30,15 @@ COLUMNS = (
 )
 """The rim above and below, and the borders of the lips outside of them, from right to left."""
 CORNERS = ("mouth_corner_right", "mouth_corner_left")
+RIMS = tuple(column[:2] for column in COLUMNS)
 BESIDE = 0.1
 """Of the mouth's width: so far beside a column the outline of what is filled belongs to it."""
 ROOM = 0.35
 """Of the height between the lips' borders: so far outside of them it may lie."""
 HIGH = 0.3
 """Of that height, what must be filled; less is the line between the lips."""
+HELD = 0.4
+"""Of the error of the distance between the rims, what lines may move each of them."""
 PARTED = 0.15
 """Of that height, how far apart the rims must have been found: dark lips are filled, too."""
 
@@ -76,3 +84,34 @@ def with_rims(observed: Observations, drawn: Lines) -> Observations:
                 silent.add(border)
     kept = {name: place for name, place in marks.items() if name not in silent}
     return replace(observed, landmarks={**kept, **moved})
+
+
+def rims_of(
+    names: Sequence[str], places: NDArray[np.floating]
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Which of some landmarks (m, 2) are the rims of the mouth, (2, 3) above and below, and the
+    unit vector (2,) down across it. If they are not all among them, (2, 0)."""
+    known = {name: k for k, name in enumerate(names)}
+    if not {*CORNERS, *sum(RIMS, ())} <= known.keys():
+        return np.zeros((2, 0), np.intp), np.array([0.0, 1.0])
+    right, left = (places[known[name]] for name in CORNERS)
+    across = (left - right) / max(float(np.hypot(*(left - right))), 1e-9)
+    rims = np.array([[known[name] for name in pair] for pair in RIMS], np.intp).T
+    return rims, np.array([-across[1], across[0]])
+
+
+def held_rims(
+    rig: FaceRig, posed: NDArray[np.floating], camera: Camera, observed: Observations
+) -> Held:
+    """The rims of a posed face's mouth (n, 3), as far from each other as they were seen: each goes
+    half the way. Nothing if nothing is known of their distance."""
+    names = list(observed.landmarks)
+    places = np.array([observed.landmarks[name] for name in names]).reshape(-1, 2)
+    rims, down = rims_of(names, places)
+    if not observed.gap or not rims.size:
+        return Held.nothing()
+    index = rig.landmarks[[LANDMARKS.index(pair[edge]) for edge in (0, 1) for pair in RIMS]]
+    here = camera.project(posed[index]).reshape(2, -1, 2)
+    short = (places[rims[1]] - places[rims[0]] - (here[1] - here[0])) @ down
+    moves = np.concatenate([-short / 2, short / 2])
+    return Held(index, np.tile(down, (len(index), 1)), moves, HELD * observed.gap * HEAD)

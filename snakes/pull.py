@@ -10,7 +10,7 @@ which is stable at every step, and banded, so that all snakes take a step in a m
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from .parts import carry_parts, keep_lids_on_eyes
 from .skull import skull_triangles, under_hair
 from .tweakables import Tweakables
 
-__all__ = ["pull_skin", "line_moves"]
+__all__ = ["Held", "pull_skin", "line_moves"]
 
 ROUNDS = 6
 REACH = (0.012, 0.008)
@@ -44,6 +44,24 @@ PIN_ERROR = 0.0002
 """Metres that a pinned landmark may be off."""
 OPEN = {"jaw_open": 5.0}
 """Distance over the skin is that of a face with its mouth open: lips do not pull each other."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Vertices of which something is known beside lines.
+
+    index : (k,) vertices      ways : (k, 2) unit, in pixels      moves : (k,) pixels along them
+    error : metres that these may be off
+    """
+
+    index: NDArray[np.intp]
+    ways: NDArray[np.float64]
+    moves: NDArray[np.float64]
+    error: float
+
+    @classmethod
+    def nothing(cls) -> Held:
+        return cls(np.zeros(0, np.intp), np.zeros((0, 2)), np.zeros(0), 1.0)
 
 
 def line_moves(
@@ -108,6 +126,7 @@ def pull_skin(
     tweakables: Tweakables,
     pins: Mapping[str, tuple[float, float]] | None = None,
     hair: Callable[[NDArray], NDArray] | None = None,
+    held: Held | None = None,
 ) -> NDArray[np.float64]:
     """Offsets (n, 3) in metres, head upright, that bring a face's lines onto a drawing's.
 
@@ -115,6 +134,7 @@ def pull_skin(
     tweakables : Smoothness counts, of the snakes, Soft Select Distance: over as many centimetres a
     movement of the skin dies away, and Symmetry: how far the other side goes along
     pins : landmark -> (u, v) pixels where it has to be;  hair : see shape.Observations
+    held : what else is known of some vertices
     """
     head = HEAD * camera.scale[0]
     reach = REACH[0] * head, REACH[1] * head
@@ -125,6 +145,7 @@ def pull_skin(
     asked = np.flatnonzero((sure > SURE) & (np.abs(moves) <= max_move * camera.scale[0]))
     asked = asked[_thinned(model.lines.points[asked], APART * head)]
     pins = pins or {}
+    held = held or Held.nothing()
     if not len(asked) and not pins:
         return np.zeros((rig.n_vertices, 3))
     matrix = rig.linear_parts()[0]
@@ -135,17 +156,18 @@ def pull_skin(
     posed = rig.pose(parameters)
     off = np.array(list(pins.values())).reshape(-1, 2) - camera.project(posed[pinned])
     places = np.einsum("kc,kcd->kd", model.weights[asked], posed[corners])
-    wide = camera.relative_depth(np.concatenate([places, *[posed[pinned]] * 2]))
+    wide = camera.relative_depth(np.concatenate([places, *[posed[pinned]] * 2, posed[held.index]]))
     normal = model.lines.along[asked][:, ::-1] * (-1, 1)
     # A pin is known in both directions, a line across itself alone.
-    ways = np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1)])
+    ways = np.concatenate([normal, *np.repeat(np.eye(2)[:, None], len(pins), axis=1), held.ways])
     turning = rotation(parameters.head)
     field = smooth_field(
         np.concatenate([_mixed(matrix, corners, model.weights[asked]) @ spread,
-                        *[matrix[pinned] @ spread] * 2]),
+                        *[matrix[pinned] @ spread] * 2, matrix[held.index] @ spread]),
         (ways * (1, -1)) @ turning[:2],  # pixels run down, metres up; the head is upright
-        np.concatenate([moves[asked], *off.T]) * wide / camera.scale[0],
-        np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR)]),
+        np.concatenate([moves[asked], *off.T, held.moves]) * wide / camera.scale[0],
+        np.concatenate([ERROR / np.sqrt(sure[asked]), np.full(2 * len(pins), PIN_ERROR),
+                        np.full(len(held.index), held.error)]),
         spread,
         tweakables.soft_select_distance / 100,
         SIZE,

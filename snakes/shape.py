@@ -25,6 +25,7 @@ from facs_rig.rotation import rotation
 
 from .lines import HEAD, Lines, nearest_lines
 from .model_lines import face_contours
+from .mouth import rims_of
 from .skull import beyond_hair, skull_triangles, under_hair
 
 __all__ = ["Observations", "PinsApart", "fit_shape"]
@@ -44,6 +45,8 @@ class Observations:
     hair : (k, 2) pixels -> (k,) bool, whether hair, a hat or a beard is drawn there
     mane : (k, 2) pixels of lines of hair, hat or beard: no skull reaches beyond them
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
+    gap : of a mouth that is drawn open, whatever actions were detected, how far off the distance
+    between its rims may be, as a share of the head; None if nobody says that it is
     """
 
     landmarks: Mapping[str, tuple[float, float]]
@@ -53,15 +56,16 @@ class Observations:
     person: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     hair: Callable[[NDArray], NDArray] | None = None
     mane: NDArray[np.float64] | None = None
+    gap: float | None = None
 
 
-STEPS = (0.05, 0.03, 0.018)
+STEPS = (0.05, 0.025, 0.012)
 """How far, as a share of the head, a line looks for its own in each step."""
 TURN = 1.0
 """A right angle counts as this times the reach."""
 PAIR = 0.006
 """Error of a pair of lines that belong together, as a share of the head."""
-INDEPENDENT = 300.0
+INDEPENDENT = 600.0
 """So many pairs would know as much as all of them do, which are not independent."""
 LEAST_SPREAD = 0.008
 """Of a landmark, as a share of the head."""
@@ -84,6 +88,15 @@ POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
 INTENSITY, MOST = 0.7, 6.5
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
+OPENERS = {"jaw_open": 1.5, "lower_lip_depress": 2.0, "sneer": 1.0}
+"""Of a mouth that is drawn open: what may open it though it was not detected, and how strong that
+usually is."""
+UNSEEN = 2.5
+"""So many times its usual strength is the most that it may have then: networks see the rest."""
+CLOSERS = {"shrug": 2.0, "lip_lock": 2.0, "lip_tighten": 2.0}
+"""What hardly goes with an open mouth: so far it may be off."""
+FAINT = 0.4
+"""An action that was not detected counts from this intensity on."""
 VIEW = 7
 """So many numbers say from where the face is seen, before those of who and how it is."""
 WHO = ("gender", "age", "weight", *ETHNICITIES, *(f.name for f in FEATURES))
@@ -135,8 +148,9 @@ def fit_shape(
     places = np.array([known[name] for name in marks]).reshape(-1, 2)
     pinned = np.array([name in observed.pins for name in marks], dtype=bool)
     spreads = np.array([observed.spreads.get(name, 0.0) for name in marks])
+    rims, down = rims_of(marks, places)
     skull = skull_triangles(rig)
-    start = camera
+    start, detected = camera, set(parameters.aus)
     for reach in (0.0, *steps):
         parameters, camera = guess.face(values, parameters, camera)
         _check_room(camera, start, observed.pins)
@@ -151,6 +165,12 @@ def fit_shape(
         weight = np.where(pinned, 1 / PINNED, weight)
         for axis in range(2):
             system.add(jacobian[:, :, axis].T / head, off[:, axis], weight)
+        if observed.gap:
+            upper, lower = rims
+            apart = jacobian[:, lower] - jacobian[:, upper]
+            short = off[lower] - off[upper]
+            system.add(np.einsum("pkd,d->kp", apart, down) / head, short @ down,
+                       np.full(len(short), 1 / observed.gap))  # fmt: skip
         if reach and len(drawn.points):
             model = face_contours(rig, rig.pose(parameters), camera)
             pair, away = nearest_lines(drawn, model.lines, TURN * reach * head, 1.5 * reach * head)
@@ -179,7 +199,8 @@ def fit_shape(
         values = system.solve()
     parameters, camera = guess.face(values, parameters, camera)
     _check_room(camera, start, observed.pins)
-    return parameters, camera
+    aus = {n: v for n, v in parameters.aus.items() if n in detected or v >= FAINT}
+    return replace(parameters, aus=aus), camera
 
 
 def _check_room(camera: Camera, start: Camera, pins: Mapping[str, tuple[float, float]]) -> None:
@@ -207,9 +228,11 @@ class _Guess:
     @classmethod
     def of(cls, parameters: FaceParameters, camera: Camera, observed: Observations) -> _Guess:
         identity = WHO
-        controls = tuple(
-            name for name, value in parameters.aus.items() if value and name not in observed.decided
-        )
+        aus = {name: value for name, value in parameters.aus.items() if value}
+        doubt = {**OPENERS, **CLOSERS} if observed.gap else {}
+        if observed.gap:
+            aus = {**dict.fromkeys(OPENERS, 0.0), **aus}
+        controls = tuple(name for name in aus if name not in observed.decided)
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
         rows = [
@@ -221,7 +244,11 @@ class _Guess:
             for angle, spread in zip(parameters.head, POSE, strict=True)
         ]
         rows += [_likely(name, observed.person, bool(observed.pins)) for name in identity]
-        rows += [(parameters.aus[name], INTENSITY, 0.0, MOST) for name in controls]
+        rows += [
+            (aus[name], max(doubt.get(_whole(name), 0.0), INTENSITY), 0.0,
+             MOST if aus[name] else UNSEEN * doubt[name])
+            for name in controls
+        ]  # fmt: skip
         likely, spread, low, high = np.array(rows).T
         return cls(identity, controls, likely, spread, low, high)
 
@@ -257,6 +284,13 @@ class _Guess:
                 distance=float(distance),
             ),
         )
+
+
+def _whole(control: str) -> str:
+    """The control that one of a side, or of one lip, is a part of."""
+    for part in ("_left", "_right", "_upper", "_lower"):
+        control = control.removesuffix(part)
+    return control
 
 
 def _telling(identity: Mapping[str, float]) -> dict[str, float]:

@@ -202,6 +202,6 @@ def load_networks(checkpoint: Path) -> tuple[Networks, dict[str, Any]]:
     networks = Networks(saved["aus"], saved["landmarks"], saved["config"]["size"], saved["person"])
     # A checkpoint may be older than a part of the networks.
     lacking, unknown = networks.load_state_dict(saved["networks"], strict=False)
-    if unknown or not all(name.startswith("regions.") for name in lacking):
+    if unknown or not all(name.startswith(("regions.", "hats.")) for name in lacking):
         raise InputError(f"{checkpoint} is of other networks than these.")
     return networks.eval(), saved

@@ -24,8 +24,7 @@ from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
 from ..detector import DESCRIPTION, FORMAT, Detector, Reading
-from ..labels import REGIONS
-from ..runtime import checksum
+from ..runtime import checksum, read_description
 from . import shards
 from .augment import Names, artistic_page
 from .calibration import calibrate, person_spreads
@@ -181,7 +180,7 @@ def export(
             "aus": saved["aus"],
             "landmarks": saved["landmarks"],
             "person": saved["person"],
-            **({"regions": list(REGIONS)} if saved.get("regions") else {}),
+            **({"regions": list(saved["regions"])} if saved.get("regions") else {}),
             "temperatures": dict.fromkeys(saved["aus"], 1.0),
             "offsets": dict.fromkeys(saved["aus"], 0.0),
             "thresholds": dict.fromkeys(saved["aus"], 0.5),
@@ -242,6 +241,30 @@ def export(
     return model
 
 
+def extended(checkpoint: Path, start: Path, folder: Path) -> dict[str, Any]:
+    """Write networks of which parts alone are new that are neither calibrated nor measured, such as
+    `hats`: all that the description in `start` says of the rest stays true. -> the description
+
+    Raises ValueError if ONNX Runtime and torch differ.
+    """
+    networks, saved = load_networks(checkpoint)
+    model = read_description(start)
+    folder.mkdir(parents=True, exist_ok=True)
+    with Outputs() as outputs:
+        path = outputs.beside(folder / ONNX)
+        to_onnx(networks, path)
+        difference = largest_difference(networks, path)
+        if difference > TOLERANCE:
+            raise ValueError(f"The exported networks differ from torch's by {difference:.2g}.")
+        model |= {
+            "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+            "regions": list(saved["regions"]),
+        }
+        model["training"] = model.get("training", {}) | {"retrained": saved["retrained"]}
+        outputs.beside(folder / DESCRIPTION).write_text(described(model), encoding="utf-8")
+    return model
+
+
 def empty_pages(count: int) -> Iterator[NDArray]:
     """Pages without a face, always the same."""
     for i in range(count):
@@ -249,6 +272,10 @@ def empty_pages(count: int) -> Iterator[NDArray]:
 
 
 def write_description(folder: Path, model: dict[str, Any]) -> None:
-    model = rounded(model)
-    text = json.dumps(model | {"checksum": checksum(model)}, indent=1) + "\n"
-    (folder / DESCRIPTION).write_text(text, encoding="utf-8")
+    (folder / DESCRIPTION).write_text(described(model), encoding="utf-8")
+
+
+def described(model: dict[str, Any]) -> str:
+    """The text of a description, with its checksum."""
+    model = rounded({key: value for key, value in model.items() if key != "checksum"})
+    return json.dumps(model | {"checksum": checksum(model)}, indent=1) + "\n"

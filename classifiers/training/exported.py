@@ -15,8 +15,8 @@ from facs_rig.common.errors import InputError
 from ..runtime import read_description
 from .network import Convolution, Networks
 
-# Parts that stand in an export by their own names; those of an older one may lack the last two.
-PARTS = ("geometry.", "finder.", "person.", "regions.")
+# Parts that stand in an export by their own names; those of an older one may lack the last three.
+PARTS = ("geometry.", "finder.", "person.", "regions.", "hats.")
 
 
 def opened(folder: Path) -> tuple[Networks, dict[str, Any]]:
@@ -97,7 +97,8 @@ def blend(networks: Networks, folder: Path, share: float) -> None:
 def untold(folder: Path) -> tuple[str, ...]:
     """The parts of the networks that those of a folder do not have."""
     model = read_description(folder)
-    return tuple(f"{part}." for part in ("person", "regions") if part not in model)
+    hats = () if "hat" in model.get("regions", ()) else ("hats.",)
+    return (*(f"{part}." for part in ("person", "regions") if part not in model), *hats)
 
 
 def _take_apart(layer: Convolution, weight: Tensor, bias: Tensor) -> None:

@@ -250,13 +250,13 @@ class RegionHead(nn.Module):
     """What lies where: each cell says it of its four quarters (Shi et al. 2016, "Real-Time Single
     Image and Video Super-Resolution Using an Efficient Sub-Pixel Convolutional Network", CVPR).
 
-    -> (b, r, 2 cells, 2 cells): logits of `labels.REGIONS`, of each by itself.
+    -> (b, r, 2 cells, 2 cells): logits of as many regions, of each by itself.
     """
 
-    def __init__(self, channels: int = 48) -> None:
+    def __init__(self, regions: int, channels: int = 48) -> None:
         super().__init__()
         self.conv = nn.Conv2d(TRUNK_CHANNELS, channels, 3, padding=1)
-        self.answer = nn.Conv2d(channels, 4 * len(REGIONS), 3, padding=1)
+        self.answer = nn.Conv2d(channels, 4 * regions, 3, padding=1)
 
     def forward(self, features: Tensor) -> Tensor:
         return F.pixel_shuffle(self.answer(F.relu(self.conv(features))), 2)
@@ -270,7 +270,8 @@ class Networks(nn.Module):
     landmarks : (b, m, 3) u, v in crop units, log of the expected error in crop units;
     angles : (b, 3) yaw, pitch, roll in radians; face : (b,) logit;
     found : (b, size / 16, size / 16, 4), see Finder;  person : (b, p, 2), see PersonHead;
-    regions : (b, r, size / 8, size / 8), see RegionHead.
+    regions : (b, r, size / 8, size / 8) of `labels.REGIONS`, see RegionHead; hats, the last, have a
+    network of their own.
     """
 
     def __init__(
@@ -291,7 +292,7 @@ class Networks(nn.Module):
         self.finder = Finder()
         self.person_names = tuple(person)
         self.person = PersonHead(cells, len(landmarks), len(person))
-        self.regions = RegionHead()
+        self.regions, self.hats = RegionHead(len(REGIONS) - 1), RegionHead(1)
 
     def forward(self, ink: Tensor) -> Outputs:
         return self.answers(self.trunk(ink))
@@ -302,7 +303,8 @@ class Networks(nn.Module):
         units = side_by_side(heads, features, DROPOUT if self.training else 0.0)
         points, angles, face = self.geometry(features)
         person = self.person(features, points[:, :, :2])
-        return units, points, angles, face, self.finder(features), person, self.regions(features)
+        regions = torch.cat([self.regions(features), self.hats(features)], dim=1)
+        return units, points, angles, face, self.finder(features), person, regions
 
 
 def imagenet_weights() -> dict[str, Tensor]:

@@ -23,11 +23,13 @@ class Outlines:
 
     points : (k, 2) px, of one polygon behind another      starts : where each begins, and k
     owners : of each polygon its place in REGIONS
+    hats : whether it is told where hats are
     """
 
     points: NDArray[np.float64]
     starts: tuple[int, ...]
     owners: tuple[int, ...]
+    hats: bool = True
 
     @classmethod
     def of(cls, record: Mapping[str, Any]) -> Outlines | None:
@@ -47,6 +49,7 @@ class Outlines:
             np.concatenate([np.zeros((0, 2)), *points]),
             tuple(starts.tolist()),
             tuple(owner for owner, _ in every),
+            "hat" in told or record.get("artist", {}).get("hat", "none") in ("none", "band"),
         )
 
     @property
@@ -71,4 +74,6 @@ class Outlines:
                 found[owner] = np.asarray(image)
         face, *others = (REGIONS.index(name) for name in ("face", "hair", "beard"))
         found[face] *= 1 - np.maximum(*found[others])
+        if not self.hats:
+            found[REGIONS.index("hat")] = np.nan
         return found.reshape(len(REGIONS), cells, FINER, cells, FINER).mean(axis=(2, 4))

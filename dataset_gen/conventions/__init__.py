@@ -14,9 +14,10 @@ from facs_rig import Camera, FaceParameters, FaceRig
 from ..linework.strokes import Stroke
 from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
 from .canvas import Canvas
-from .extras import draw_beard, draw_glasses, draw_hat, draw_moustache
+from .extras import draw_beard, draw_glasses, draw_moustache
 from .eyes import draw_brows, draw_eyes
 from .hair import LONG, cut_hair, draw_front, draw_hair
+from .hats import draw_hat
 from .head import (
     draw_clothes,
     draw_creases,
@@ -26,7 +27,7 @@ from .head import (
     draw_neck,
     neck_shape,
 )
-from .mouth import draw_mouth
+from .mouth import Mouth, draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
 from .sitter import face_outline, sit
@@ -54,8 +55,8 @@ def draw_by_convention(
     rng: np.random.Generator,
 ) -> tuple[list[Stroke], NDArray[np.float64], dict[str, list[NDArray[np.float64]]]]:
     """All strokes of a posed face by this artist, in pixels of `camera`, where it has the face's
-    landmarks (m, 2), and what lies where: `face`, `hair` (with hats) and `beard`, each as the
-    outlines (k, 2) of its parts.
+    landmarks (m, 2), and what lies where: `face`, `hair` (with hats), `beard` and `hat`, each
+    as the outlines (k, 2) of its parts.
 
     vertices : (n, 3) metres, `rig.pose(parameters)`;  pen : pixels, width of a full line
     """
@@ -90,4 +91,5 @@ def draw_by_convention(
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))
-    return canvas.strokes(), sitter.landmarks, canvas.regions
+    landmarks = Mouth(sitter, artist.bares).landmarks(sitter.landmarks)
+    return canvas.strokes(), landmarks, canvas.regions

@@ -103,7 +103,19 @@ BROW_SIZE, EYE_SIZE = (0.85, 1.15), (1.05, 0.96)  # of a woman's and a man's, as
 BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
 MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
-HATS = {"none": 12.0, "cap": 0.4, "brim": 0.4, "beanie": 0.3, "band": 0.4, "scarf": 0.25}
+HATS = {
+    "none": 12.0,
+    "cap": 0.5,
+    "brim": 0.4,
+    "beanie": 0.4,
+    "band": 0.4,
+    "scarf": 0.2,
+    "tall": 0.25,
+    "wrap": 0.2,
+    "hood": 0.2,
+    "helmet": 0.15,
+    "flat": 0.15,
+}
 
 # Controls whose names begin so cannot be seen where a feature is drawn by this convention.
 HIDES: dict[tuple[str, str], tuple[str, ...]] = {

@@ -1,4 +1,4 @@
-"""What is worn or grows on a face: beards, moustaches, glasses, hats."""
+"""What is worn or grows on a face: beards, moustaches, glasses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .canvas import Canvas
 from .eyes import Eye
 from .head import sitter_ray
 from .mouth import Mouth
-from .shapes import ribbon, smooth
+from .shapes import smooth
 from .sitter import RAYS, Sitter
 
 
@@ -162,82 +162,3 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
                 np.array([0.9, 1, 0.5]),
                 loose=0.0,
             )
-
-
-def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
-    """A cap, a hat, a band or a scarf, which hides hair and skull."""
-    if artist.hat == "none":
-        return
-    rng = canvas.rng
-    centre = sitter.face.mean(axis=0)
-    reach = np.linspace(-0.24, 0.24, 41) * RAYS
-    angle = 2 * np.pi * reach / RAYS
-    skull = np.interp(reach, np.arange(RAYS + 1), np.linalg.norm(
-        np.concatenate([sitter.head, sitter.head[:1]]) - centre, axis=1), period=RAYS)  # fmt: skip
-    ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
-    stand = {"cap": 0.1, "brim": 0.16, "beanie": 0.1, "band": 0.06, "scarf": 0.08}[artist.hat]
-    dome = centre + (skull + (stand + rng.uniform(0, 0.06)) * sitter.unit)[:, None] * ways
-    # The rim: an arc over the forehead between the dome's lower ends, lower in front.
-    height = rng.uniform(0.45, 0.75)
-    t = np.linspace(0, 1, 31)
-    high = np.abs(sitter.local(dome)[:, 1] + height - 0.15)
-    first, last = int(high[:20].argmin()), 20 + int(high[20:].argmin())
-    dome = dome[first : last + 1]
-    dip = rng.uniform(-0.02, 0.12) * np.sin(np.pi * t)
-    rim = dome[0] + t[:, None] * (dome[-1] - dome[0]) + dip[:, None] * sitter.unit * -sitter.down
-    shape = np.concatenate([dome, rim[::-1]])
-    black = artist.finish == "black" and rng.random() < 0.5
-    if artist.hat == "band":
-        wide = rng.uniform(0.12, 0.22) * sitter.unit
-        canvas.line("hat", rim, 1.0)
-        canvas.line("hat", rim - wide * sitter.down, 1.0)
-        canvas.cover(np.concatenate([rim, (rim - wide * sitter.down)[::-1]]))
-        return
-    canvas.mark("hair", shape)  # what is worn on hair stands for it
-    if artist.hat == "scarf":
-        fall = [
-            rim[0] + sitter.unit * s * sitter.down - 0.1 * s * sitter.unit * sitter.right
-            for s in (0.6, 1.3)
-        ]
-        canvas.line("hat", smooth(np.stack([*dome[::6], dome[-1]]), 60), 1.1)
-        canvas.line("hat", rim, 1.0)
-        canvas.line("hat", smooth(np.stack([dome[0], *fall]), 12), 1.0)
-        canvas.cover(shape)
-        return
-    if artist.hat == "brim":
-        lean = rng.uniform(0.2, 0.4) * sitter.unit
-        line = np.concatenate(
-            [[rim[0] - lean * sitter.right], rim, [rim[-1] + lean * sitter.right]]
-        )
-        brim = ribbon(smooth(line[::4], 41), rng.uniform(0.03, 0.07) * sitter.unit)
-        canvas.line("hat", brim, 1.0)
-        canvas.cover(brim)
-    elif artist.hat == "cap":
-        sign = np.sign(sitter.turn) if abs(sitter.turn) > 0.15 else rng.choice([-1, 1])
-        out = 0.35 * sitter.unit
-        peak = smooth(
-            np.stack(
-                [
-                    rim[4],
-                    (rim[4] + rim[-5]) / 2
-                    + 0.55 * out * sitter.down
-                    + 0.5 * sign * out * sitter.right,
-                    rim[-5],
-                ]
-            ),
-            21,
-        )
-        canvas.line("hat", peak, 1.1)
-        canvas.cover(np.concatenate([peak, rim[::-1]]))
-    else:
-        fold = rng.uniform(0.15, 0.25) * sitter.unit
-        canvas.line("hat", rim - fold * sitter.down, 0.9)
-        for k in range(2, 29, 3):
-            canvas.line("hat", np.stack([rim[k], rim[k] - fold * sitter.down]), 0.7)
-    if black:
-        canvas.blacken(shape, 0.3)
-    canvas.line("hat", np.concatenate([dome, rim[::-1]]), 1.1)
-    if artist.hat == "brim":
-        band = rim - 0.14 * sitter.unit * sitter.down
-        canvas.line("hat", band, 0.8)
-    canvas.cover(shape)

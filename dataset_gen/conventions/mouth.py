@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import LANDMARKS
 
 from .artist import Artist
 from .canvas import Canvas
@@ -13,6 +16,9 @@ OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth i
 BARED, PARTED = 0.35, 0.2  # least action that bares teeth; how far it parts the lips, of its width
 WIDE = 0.3  # of the mouth's width: teeth of a mouth that is open so far do not meet
 FINE = 41
+UP, DOWN = 0.3, 0.7  # of the way that lips are parted before teeth, what each of them moves
+UPPER = ("lip_peak", "lip_upper", "lip_top", "lip_inner_top", "lip_inner_upper")
+LOWER = ("lip_lower", "lip_bottom", "lip_inner_bottom", "lip_inner_lower")
 
 
 class Mouth:
@@ -39,17 +45,35 @@ class Mouth:
         self.upper[crossed] = self.lower[crossed] = self.line[crossed]
         self.open = self.opening > OPEN
         self.clenched = bares and not self.open and sitter.bared > BARED
+        self._apart = PARTED * min(sitter.bared, 1.2) * self.width * sitter.down
         if self.clenched:
-            apart = PARTED * min(sitter.bared, 1.2) * self.width * sitter.down
-            away = np.sin(np.linspace(0, np.pi, FINE))[:, None] ** 0.6 * apart
-            self.upper, self.lower = self.upper - 0.3 * away, self.lower + 0.7 * away
-            self.outer_upper = self.outer_upper - 0.3 * away
-            self.outer_lower = self.outer_lower + 0.7 * away
+            away = self._away(np.linspace(0, 1, FINE))
+            self.upper, self.lower = self.upper - UP * away, self.lower + DOWN * away
+            self.outer_upper = self.outer_upper - UP * away
+            self.outer_lower = self.outer_lower + DOWN * away
             self.open = True
+
+    def _away(self, across: NDArray) -> Points:
+        """(k, 2) how far the lips are parted before teeth, at shares (k,) of the way across."""
+        return np.sin(np.pi * np.clip(across, 0, 1))[:, None] ** 0.6 * self._apart
+
+    def landmarks(self, points: Points) -> Points:
+        """The face's landmarks (m, 2) with those of the lips where the lips are drawn."""
+        if not self.clenched:
+            return points
+        right, left = self.upper[0], self.upper[-1]
+        across = (points - right) @ (left - right) / self.width**2
+        share = np.array([_parts(name) for name in LANDMARKS])
+        return points + share[:, None] * self._away(across)
 
     def hole(self) -> Points:
         """The outline of what is between the lips."""
         return np.concatenate([self.upper, self.lower[::-1]])
+
+
+def _parts(landmark: str) -> float:
+    """How far a landmark goes along, downward, with lips that are parted by 1."""
+    return -UP if landmark.startswith(UPPER) else DOWN if landmark.startswith(LOWER) else 0.0
 
 
 def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:

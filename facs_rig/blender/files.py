@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import to_blender
 from facs_rig.blender.arrays import write_key, write_places
 from facs_rig.blender.beard_files import keyed
-from facs_rig.blender.hair_files import hair_object
-from facs_rig.blender.hair_follows import hair_of
+from facs_rig.blender.hair_files import hair_object, held_by_files
+from facs_rig.blender.hair_follows import hat_of
 from facs_rig.blender.keys import BASIS
 from facs_rig.blender.pose import animated_range, armature_of, mover_of
 from facs_rig.blender.shape import staged
@@ -119,13 +119,17 @@ def write_moving(path: Path, face: bpy.types.Object) -> None:
             raise InputError(
                 f"'{thing.name}' is hidden, and Blender exports what is shown: show it first"
             )
-    hair = hair_of(face)
-    if hair is not None and hair.visible_get():
-        things.append(hair)
     was = scene.frame_start, scene.frame_end, scene.frame_current
     try:
         scene.frame_start, scene.frame_end = span
-        with keyed(face) as beard, _selected(None, *things, *([beard] if beard else [])):
+        hat = hat_of(face)
+        if hat is not None and hat.visible_get():
+            things.append(hat)
+        with (
+            held_by_files(face) as hair,
+            keyed(face) as beard,
+            _selected(None, *things, *(thing for thing in (hair, beard) if thing is not None)),
+        ):
             write = _moving_glb if path.suffix.lower() == ".glb" else _moving_fbx
             write(str(path))
     finally:

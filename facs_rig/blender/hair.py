@@ -1,42 +1,54 @@
 """The hair of Blender's face: a mesh of its own beside it, which the bone of the head carries.
 
 It hangs on the face's armature and bears a mark, by which it is found whatever it is called. What
-it was made of, a `Cut`, is remembered on it and on the face, so that it can be made anew.
+it was made of, a `Cut`, and how that is combed are remembered on it and on the face, so that it can
+be made anew. Hair of the kind `curves` has strands over the mesh (facs_rig.blender.hair_curves).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import bpy
 import numpy as np
 
 from facs_rig.blender.armature import HEAD, armature_of, to_blender
 from facs_rig.blender.arrays import make_mesh, write_map
+from facs_rig.blender.hair_curves import check_curves, remove_curves, wear_curves
 from facs_rig.blender.hair_follows import (
     MARK,
     VERSION,
     check_hair,
+    curves_of,
     hair_of,
+    is_curves,
     is_hair,
+    parts_of,
     write_rest,
 )
-from facs_rig.blender.pose import identity_of
+from facs_rig.blender.pose import has_identity_keys, identity_of
 from facs_rig.blender.reshape import fitted_offsets
 from facs_rig.common.errors import InputError
 from facs_rig.hair.cut import Cut, from_json, to_json
+from facs_rig.hair.hat import HatMesh
 from facs_rig.hair.mesh import KINDS, ROUGHNESS, HairMesh, hair_mesh
+from facs_rig.hair.style import AS_DRAWN, LEAST, MOST, Style
 from facs_rig.rig import FaceRig
 
 __all__ = [
-    "add_hair", "colour_of", "cut_of", "hair_material", "hair_of", "has_cut", "is_hair", "kind_of",
-    "remove_hair", "set_colour", "wear",
+    "add_hair", "colour_of", "comb", "curves_of", "cut_of", "fitting", "hair_material", "hair_of",
+    "hang", "has_cut", "is_curves", "is_hair", "kind_of", "locks_of", "parts_of", "remove_hair",
+    "set_colour", "style_of", "wear",
 ]  # fmt: skip
 
 CUT, KIND = "facs_hair_cut", "facs_hair_kind"  # properties of the hair object and of its face
+LENGTH, VOLUME = "facs_hair_length", "facs_hair_volume"  # of the face: how the cut is combed
+DRAWN = "facs_hair_drawn"  # of the face: the cut that was drawn, while it wears another
 MADE_IN = "facs_hair_colour"  # property of the hair object: its colour as it was made
 SHADE = "shade"  # attribute of the vertices: what the colour is multiplied by
 COLOUR_NODE = "Hair"  # label of the node with the colour
+COLOUR_NODES = (COLOUR_NODE, "Hat")
 MAP = "UVMap"  # v runs along the strands
 
 
@@ -65,26 +77,64 @@ def kind_of(face: bpy.types.Object) -> str:
     return kind if kind in KINDS else ""
 
 
+def style_of(face: bpy.types.Object) -> Style:
+    """How the hair of a face is combed; as drawn where nobody has said anything that can be."""
+    said = (face.get(name, 1.0) for name in (LENGTH, VOLUME))
+    try:
+        length, volume = (min(max(float(value), LEAST), MOST) for value in said)
+        return Style(length, volume)
+    except (TypeError, ValueError, InputError):
+        return AS_DRAWN
+
+
 def add_hair(
     face: bpy.types.Object,
     rig: FaceRig,
     cut: Cut,
     kind: str = "locks",
     collection: bpy.types.Collection | None = None,
+    style: Style | None = None,
 ) -> bpy.types.Object:
     """Make the hair of a face, or make what it has anew; return the hair object.
 
     rig : the full one, whatever the face's level of detail
     kind : of facs_rig.hair.mesh.KINDS
     collection : where a new object is linked; those of the face if None
+    style : how it is combed; as it was if None
     Raises InputError, with nothing changed: as `wear`, and for another kind.
     """
     check_hair(face)
+    who = identity_of(face)
+    style = style_of(face) if style is None else style
+    made = hair_mesh(rig, who, cut, kind, style=style)
+    return wear(face, fitting(face, rig, made), who, collection)
+
+
+def comb(face: bpy.types.Object, rig: FaceRig, style: Style) -> None:
+    """Comb the hair of a face: make it anew so, if it has any, and remember it for what it gets.
+
+    Raises InputError, with nothing changed, as `add_hair` and `cut_of`.
+    """
+    kind, cut = kind_of(face), cut_of(face)
+    if kind and cut is not None:
+        add_hair(face, rig, cut, kind, style=style)
+    face[LENGTH], face[VOLUME] = style.length, style.volume
+
+
+def fitting(face: bpy.types.Object, rig: FaceRig, made: HairMesh) -> HairMesh:
+    """Hair that was made for the person of a face, as this face can wear it: on the skin that was
+    fitted, its strands on the basis of the face's keys.
+
+    rig : the full one
+    """
     who, offsets = identity_of(face), fitted_offsets(face)
-    made = hair_mesh(rig, who, cut, kind)
     if offsets is not None and len(offsets) == rig.n_vertices:
         made = made.lying_on(rig.neutral(who) + offsets)
-    return wear(face, made, who, collection)
+    if made.strands is not None and has_identity_keys(face):
+        made = replace(
+            made, strands=hair_mesh(rig, {}, made.cut, made.kind, style=made.style).strands
+        )
+    return made
 
 
 def wear(
@@ -95,28 +145,52 @@ def wear(
 ) -> bpy.types.Object:
     """Put hair that was made for this person on a face; return the hair object.
 
-    Hair that is there keeps its object and material, and the colour that the artist gave it.
-    Raises InputError, with nothing changed, for a face without its armature and as `check_hair`.
+    Hair that is there keeps its objects and material, and the colour that the artist gave it.
+    Raises InputError, with nothing changed, for a face without its armature, for strands in a
+    Blender that has none, and as `check_hair`.
     """
     check_hair(face)
     armature, hair = armature_of(face), hair_of(face)
     if armature is None:
         raise InputError(f"'{face.name}' has lost its bones, which carry the hair; add a new face")
+    if made.strands is not None:
+        check_curves()
     name, kept = f"{face.name} Hair", to_json(made.cut)
-    mesh = _mesh(name, made, identity)
+    mesh = worn_mesh(name, made, identity)
     if hair is None:
         hair = bpy.data.objects.new(name, mesh)
         mesh.materials.append(hair_material(made.colour))
         hair.parent = armature
     else:
-        _exchange(hair, mesh, made.colour)
-    _bind(hair, armature)
+        exchange_mesh(hair, mesh, made.colour)
+    hang(hair, armature)
     hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
     hair[KIND], hair[CUT], face[CUT] = made.kind, kept, kept
+    face[LENGTH], face[VOLUME] = made.style.length, made.style.volume
+    homes = [collection] if collection is not None else list(face.users_collection)
     if not hair.users_collection:
-        for home in (collection,) if collection is not None else face.users_collection:
+        for home in homes:
             home.objects.link(hair)
+    if made.strands is None:
+        remove_curves(face)
+    else:
+        material = next((m for m in mesh.materials if _node_in(m) is not None), None)
+        on = {} if has_identity_keys(face) else identity
+        wear_curves(face, made.strands, material, on, homes)
     return hair
+
+
+def locks_of(face: bpy.types.Object, rig: FaceRig) -> bpy.types.Mesh:
+    """A mesh of locks of the cut that a face wears, for what cannot hold strands: the hair object
+    can have it (`hang` it then). Whoever asks removes it. rig : the full one"""
+    hair, cut, who = hair_of(face), cut_of(face), identity_of(face)
+    assert hair is not None
+    assert cut is not None
+    made = fitting(face, rig, hair_mesh(rig, who, cut, "locks", style=style_of(face)))
+    mesh = worn_mesh(f"{hair.data.name} Locks", made, who)
+    for material in hair.data.materials:
+        mesh.materials.append(material)
+    return mesh
 
 
 def remove_hair(face: bpy.types.Object) -> None:
@@ -125,11 +199,17 @@ def remove_hair(face: bpy.types.Object) -> None:
     The face remembers the cut. InputError as `check_hair`.
     """
     check_hair(face)
+    remove_curves(face)
     hair = hair_of(face)
     if hair is None:
         return
-    mesh, materials = hair.data, [m for m in hair.data.materials if m is not None]
-    bpy.data.objects.remove(hair)
+    discard_worn(hair)
+
+
+def discard_worn(thing: bpy.types.Object) -> None:
+    """Remove what a face wears, with the mesh and the materials that it alone uses."""
+    mesh, materials = thing.data, [m for m in thing.data.materials if m is not None]
+    bpy.data.objects.remove(thing)
     if not mesh.users:
         bpy.data.meshes.remove(mesh)
     for material in set(materials):
@@ -152,7 +232,7 @@ def set_colour(hair: bpy.types.Object, colour: tuple[float, float, float]) -> No
             return
 
 
-def _mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
+def worn_mesh(name: str, made: HairMesh | HatMesh, identity: Mapping[str, float]) -> bpy.types.Mesh:
     """The mesh of hair on a person; nothing is left of it after an error."""
     corners = np.ascontiguousarray(made.quads, dtype=np.int32).reshape(-1)
     starts = np.arange(0, len(corners), 4, dtype=np.int32)
@@ -170,7 +250,7 @@ def _mesh(name: str, made: HairMesh, identity: Mapping[str, float]) -> bpy.types
     return mesh
 
 
-def _exchange(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
+def exchange_mesh(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
     """Give hair another mesh with the materials of its old one."""
     old, painted, first = hair.data, colour_of(hair), hair.get(MADE_IN)
     for material in old.materials:
@@ -186,8 +266,8 @@ def _exchange(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> No
         mesh.name = name
 
 
-def _bind(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
-    """All of it follows the bone of the head, as the skull does."""
+def hang(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
+    """Let all of a hair's mesh follow the bone of the head, as the skull does."""
     group = hair.vertex_groups.get(HEAD) or hair.vertex_groups.new(name=HEAD)
     group.add(range(len(hair.data.vertices)), 1.0, "REPLACE")
     if armature_of(hair) is None:
@@ -198,17 +278,22 @@ def _bind(hair: bpy.types.Object, armature: bpy.types.Object) -> None:
 # --- material ---
 
 
-def hair_material(colour: tuple[float, float, float]) -> bpy.types.Material:
-    """A new material: colour = one node, to be changed, times the shade of the vertices."""
-    material = bpy.data.materials.new(COLOUR_NODE)
-    material.roughness = ROUGHNESS
+def hair_material(
+    colour: tuple[float, float, float], name: str = COLOUR_NODE, roughness: float = ROUGHNESS
+) -> bpy.types.Material:
+    """A new material: colour = one node, to be changed, times the shade of the vertices.
+
+    name : of COLOUR_NODES
+    """
+    material = bpy.data.materials.new(name)
+    material.roughness = roughness
     if material.node_tree is None:  # Blender 5 makes the nodes itself
         material.use_nodes = True
     tree = material.node_tree
     shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
-    shader.inputs["Roughness"].default_value = ROUGHNESS
+    shader.inputs["Roughness"].default_value = roughness
     plain = tree.nodes.new("ShaderNodeRGB")
-    plain.label, plain.location = COLOUR_NODE, (-600, 300)
+    plain.label, plain.location = name, (-600, 300)
     shade = tree.nodes.new("ShaderNodeAttribute")
     shade.attribute_name, shade.location = SHADE, (-600, 80)
     shaded = tree.nodes.new("ShaderNodeVectorMath")
@@ -237,4 +322,4 @@ def _node_in(material: bpy.types.Material | None) -> bpy.types.Node | None:
     if material is None or material.node_tree is None:
         return None
     nodes = material.node_tree.nodes
-    return next((n for n in nodes if n.type == "RGB" and n.label == COLOUR_NODE), None)
+    return next((n for n in nodes if n.type == "RGB" and n.label in COLOUR_NODES), None)

@@ -20,6 +20,8 @@ from facs_rig.identity import check_identity
 from facs_rig.rig import FaceRig
 
 MARK = "facs_hair"  # property of the hair object: version of its make-up
+HAT_MARK = "facs_hat"  # the same of a hat
+CURVES_MARK = "facs_hair_curves"  # property of the object with its strands, if it has any
 VERSION = 1
 # Where each vertex was when the hair was last put on or edited, and on whom, as text: whatever
 # persons come and go meanwhile, it is bound there, so that nothing adds up.
@@ -40,21 +42,55 @@ def is_hair(candidate: bpy.types.Object) -> bool:
     return candidate.type == "MESH" and MARK in candidate
 
 
+def curves_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The strands that hang on a face as hair curves; None if there are none."""
+    return next((child for child in face.children if is_curves(child)), None)
+
+
+def is_curves(candidate: bpy.types.Object) -> bool:
+    """Whether this object is the strands of a face."""
+    return candidate.type == "CURVES" and CURVES_MARK in candidate
+
+
+def parts_of(face: bpy.types.Object) -> list[bpy.types.Object]:
+    """The objects that the hair of a face is."""
+    return [part for part in (hair_of(face), curves_of(face)) if part is not None]
+
+
+def hat_of(face: bpy.types.Object) -> bpy.types.Object | None:
+    """The hat that hangs on a face's armature; None if there is none."""
+    armature = armature_of(face)
+    if armature is None:
+        return None
+    return next((child for child in armature.children if is_hat(child)), None)
+
+
+def is_hat(candidate: bpy.types.Object) -> bool:
+    """Whether this object is the hat of a face."""
+    return candidate.type == "MESH" and HAT_MARK in candidate
+
+
+def carried_by(face: bpy.types.Object) -> list[bpy.types.Object]:
+    """The objects that hair and hat of a face are, which its head carries."""
+    hat = hat_of(face)
+    return [*parts_of(face), *([] if hat is None else [hat])]
+
+
 def check_hair(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face cannot be written."""
-    hair = hair_of(face)
-    if hair is None:
-        return
-    if _is_others(hair):
-        raise InputError(f"'{hair.name}' is linked from another file; make it and its mesh local")
+    """InputError, one sentence, if the hair or the hat of a face cannot be written."""
+    for part in carried_by(face):
+        if _is_others(part):
+            raise InputError(
+                f"'{part.name}' is linked from another file; make it and its mesh local"
+            )
     check_free(face)
 
 
 def check_free(face: bpy.types.Object) -> None:
-    """InputError, one sentence, if the hair of a face is being edited: it could not follow."""
-    hair = hair_of(face)
-    if hair is not None and hair.mode != "OBJECT":
-        raise InputError(f"'{hair.name}' is being edited; go to Object Mode first")
+    """InputError, one sentence, if hair or hat of a face is being edited: it could not follow."""
+    for part in carried_by(face):
+        if part.mode != "OBJECT":
+            raise InputError(f"'{part.name}' is being edited; go to Object Mode first")
 
 
 def follow_person(
@@ -62,22 +98,35 @@ def follow_person(
     rig: FaceRig,
     before: Mapping[str, float],
     after: Mapping[str, float],
+    identity_in_keys: bool = False,
 ) -> None:
-    """Take the hair of a face from one person to another, as it is: what was edited stays edited.
+    """Take hair and hat of a face from one person to another, as they are: what was edited stays
+    edited.
 
-    Its keys keep their offsets. Hair that is linked from another file stays where it is.
+    Their keys keep their offsets. What is linked from another file stays where it is.
     rig : the full one      before, after : identity parameter -> value
+    identity_in_keys : whether shape keys make the face the other person, and not its basis
     """
-    hair = hair_of(face)
-    if hair is None or _is_others(hair) or dict(before) == dict(after):
+    for part in carried_by(face):
+        if dict(before) == dict(after) or _is_others(part):
+            continue
+        # Keys that move the skin take strands along that are attached to it.
+        if part.type != "CURVES" or not identity_in_keys:
+            _take_along(part.data, rig, before, after)
+
+
+def _take_along(
+    data: bpy.types.ID,
+    rig: FaceRig,
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+) -> None:
+    blocks = getattr(data, "shape_keys", None)
+    now = read_key(blocks.reference_key) if blocks else read_points(data)
+    if not len(now):
         return
-    if not len(hair.data.vertices):
-        return
-    mesh = hair.data
-    blocks = mesh.shape_keys
-    now = read_key(blocks.reference_key) if blocks else _places(mesh)
     core = from_blender(now)
-    rest, who = _rest_of(mesh, len(now)), _rests_on(mesh)
+    rest, who = _rest_of(data, len(now)), _rests_on(data)
     bound = None
     if rest is not None and who is not None:
         bound = bind(rest, rig, who)
@@ -85,25 +134,24 @@ def follow_person(
             bound = None
     if bound is None:
         bound = bind(core, rig, before)
-        write_rest(mesh, core, before)
+        write_rest(data, core, before)
     points = to_blender(bound.points(rig.neutral(after)))
     for block in blocks.key_blocks if blocks else ():
         write_key(block, read_key(block) + (points - now))
-    write_places(mesh, points)
-    mesh.update()
+    write_points(data, points)
     if blocks:
         blocks.update_tag()
 
 
-def _is_others(hair: bpy.types.Object) -> bool:
-    """Whether the hair's mesh belongs to another file."""
-    mesh = hair.data
-    return bool(hair.library or hair.override_library or mesh.library or mesh.override_library)
+def _is_others(part: bpy.types.Object) -> bool:
+    """Whether hair belongs to another file."""
+    data = part.data
+    return bool(part.library or part.override_library or data.library or data.override_library)
 
 
-def _rest_of(mesh: bpy.types.Mesh, count: int) -> NDArray[np.float32] | None:
+def _rest_of(data: bpy.types.ID, count: int) -> NDArray[np.float32] | None:
     """(count, 3) metres, core axes, where the hair was put; None if that is not known."""
-    layer = _rest_layer(mesh)
+    layer = _rest_layer(data)
     if layer is None or len(layer.data) != count:
         return None
     out = np.empty((count, 3), dtype=np.float32)
@@ -111,36 +159,54 @@ def _rest_of(mesh: bpy.types.Mesh, count: int) -> NDArray[np.float32] | None:
     return from_blender(out)
 
 
-def _rests_on(mesh: bpy.types.Mesh) -> dict[str, float] | None:
+def _rests_on(data: bpy.types.ID) -> dict[str, float] | None:
     """The person that it was put on; None if nobody knows."""
     try:
-        who = {name: float(value) for name, value in json.loads(mesh[RESTS_ON]).items()}
+        who = {name: float(value) for name, value in json.loads(data[RESTS_ON]).items()}
         check_identity(who)
     except (AttributeError, KeyError, TypeError, ValueError):
         return None
     return who
 
 
-def write_rest(mesh: bpy.types.Mesh, points: NDArray, identity: Mapping[str, float]) -> None:
+def write_rest(data: bpy.types.ID, points: NDArray, identity: Mapping[str, float]) -> None:
     """Note where the vertices are: (n, 3) metres, core axes, on this person."""
-    layer = _rest_layer(mesh)
-    if layer is None and REST in mesh.attributes:  # somebody else's
-        mesh.attributes.remove(mesh.attributes[REST])
+    layer = _rest_layer(data)
+    if layer is None and REST in data.attributes:  # somebody else's
+        data.attributes.remove(data.attributes[REST])
     if layer is None:
-        mesh.attributes.new(REST, "FLOAT_VECTOR", "POINT")
+        data.attributes.new(REST, "FLOAT_VECTOR", "POINT")
     flat = np.ascontiguousarray(to_blender(points)).reshape(-1)
-    mesh.attributes[REST].data.foreach_set("vector", flat)
-    mesh[RESTS_ON] = json.dumps(dict(identity))
+    data.attributes[REST].data.foreach_set("vector", flat)
+    data[RESTS_ON] = json.dumps(dict(identity))
 
 
-def _rest_layer(mesh: bpy.types.Mesh) -> bpy.types.Attribute | None:
-    layer = mesh.attributes.get(REST)
+def _rest_layer(data: bpy.types.ID) -> bpy.types.Attribute | None:
+    layer = data.attributes.get(REST)
     if layer is None or (layer.domain, layer.data_type) != ("POINT", "FLOAT_VECTOR"):
         return None
     return layer
 
 
-def _places(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
-    out = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    mesh.vertices.foreach_get("co", out.reshape(-1))
+def read_points(data: bpy.types.ID) -> NDArray[np.float32]:
+    """(n, 3) where the vertices of a mesh, or the points of curves, are."""
+    if isinstance(data, bpy.types.Mesh):
+        layer, field = data.vertices, "co"
+    elif not len(data.points):
+        return np.empty((0, 3), dtype=np.float32)
+    else:
+        layer, field = data.position_data, "vector"
+    out = np.empty((len(layer), 3), dtype=np.float32)
+    layer.foreach_get(field, out.reshape(-1))
     return out
+
+
+def write_points(data: bpy.types.ID, points: NDArray) -> None:
+    """Put them there: (n, 3), Blender's axes."""
+    if isinstance(data, bpy.types.Mesh):
+        write_places(data, points)
+        data.update()
+        return
+    flat = np.ascontiguousarray(points, np.float32).reshape(-1)
+    data.position_data.foreach_set("vector", flat)
+    data.update_tag()

@@ -258,7 +258,7 @@ def set_identity(face: bpy.types.Object, rig: FaceRig, identity: Mapping[str, fl
     for name, value in identity_values(identity).items():
         if abs(blocks[name].value - value) > 1e-7:
             blocks[name].value = value
-    follow_person(face, whole, identity_of(face), identity)
+    follow_person(face, whole, identity_of(face), identity, identity_in_keys=True)
     write_identity(face, rig, identity)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from facs_rig.blender.armature import from_blender, metre
 from facs_rig.blender.arrays import corners_of, read_key, read_map, write_places
 from facs_rig.blender.beard_files import shown_beard
-from facs_rig.blender.hair_files import shown_hair
+from facs_rig.blender.hair_files import shown_worn
 from facs_rig.blender.keys import add_key, moved
 from facs_rig.blender.materials import EYE_MAP, GLOSS, SKIN_NODE, own_palette
 from facs_rig.blender.pose import armature_of, refresh, rig_of
@@ -42,8 +42,8 @@ def shown(face: bpy.types.Object, rig: FaceRig) -> Shape:
     Keys, modifiers, bones, parents and place count as they are shown. In Edit and Sculpt Mode it
     is what leaving it would show.
     """
-    rig = rig_of(face, rig)
-    worn = (*shown_hair(face), *shown_beard(face))
+    whole, rig = rig, rig_of(face, rig)
+    worn = (*shown_worn(face, whole), *shown_beard(face))
     if face.mode in _FLUSHED or not face.visible_get():
         face.update_from_editmode()
         with staged(face) as (twin, layer):

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import bpy
 
 from facs_rig.blender.beard import beard_of
-from facs_rig.blender.hair_follows import hair_of
+from facs_rig.blender.hair_follows import curves_of, hair_of, hat_of
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import (
     MARK,
@@ -59,8 +59,11 @@ def stand_alone(face: bpy.types.Object) -> None:
         _copy_hair(face, twin)
         if beard is not None:  # it goes with this face alone
             beard.parent = twin
-    elif (hair := hair_of(face)) is not None and hair.data.users > 1:
-        hair.data = hair.data.copy()
+    else:
+        for thing in (hair_of(face), hat_of(face)):
+            if thing is not None and thing.data.users > 1:
+                thing.data = thing.data.copy()
+    _own_curves(face, mover)
     _exchange(face, ids)
     refresh(face)
 
@@ -112,19 +115,35 @@ def discard(*things: bpy.types.Object | None) -> None:
 
 
 def _copy_hair(face: bpy.types.Object, armature: bpy.types.Object) -> None:
-    """Hang a copy of a face's hair on another armature."""
-    hair = hair_of(face)
-    if hair is None:
-        return
-    twin = hair.copy()
-    twin.data = hair.data.copy()
-    twin.parent = armature
-    twin.matrix_parent_inverse = hair.matrix_parent_inverse.copy()
-    for modifier in twin.modifiers:
-        if modifier.type == "ARMATURE" and modifier.object == armature_of(hair):
-            modifier.object = armature
-    for collection in hair.users_collection:
-        collection.objects.link(twin)
+    """Hang copies of a face's hair and hat on another armature."""
+    for thing in (hair_of(face), hat_of(face)):
+        if thing is None:
+            continue
+        twin = thing.copy()
+        twin.data = thing.data.copy()
+        twin.parent = armature
+        twin.matrix_parent_inverse = thing.matrix_parent_inverse.copy()
+        for modifier in twin.modifiers:
+            if modifier.type == "ARMATURE" and modifier.object == armature_of(thing):
+                modifier.object = armature
+        for collection in thing.users_collection:
+            collection.objects.link(twin)
+
+
+def _own_curves(face: bpy.types.Object, mover: bpy.types.Object) -> None:
+    """Strands of a face's hair that grow on it, and not on the one whose sliders moved it."""
+    own, theirs = curves_of(face), curves_of(mover)
+    if own is None:
+        if theirs is None or hair_of(face) is None:
+            return
+        own = theirs.copy()
+        own.parent = face
+        for collection in face.users_collection:
+            collection.objects.link(own)
+    if own.data.users > 1:
+        own.data = own.data.copy()
+    own.data.surface = face
+    face.add_rest_position_attribute = True
 
 
 def _carries_another(armature: bpy.types.Object, face: bpy.types.Object) -> bool:

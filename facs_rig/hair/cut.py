@@ -47,6 +47,8 @@ class Cut:
     in the same unit. The arrays run over ANGLES.
 
     edge : (48,) float, height at which the hair ends
+    top : (48,) float, height above which the head is bald, as one is with a rim of hair; where it
+        is not above the edge there is no hair. None for hair that covers the crown
     thick : (48, r) float, metres that the surface stands off the skin, from the parting (first of
         r equal steps along the hair) to the edge; where hair falls, off the upright below the
         head's widest place, so that less than none brings it nearer to the neck
@@ -67,9 +69,14 @@ class Cut:
     curl: float = 0.0
     balls: tuple[Ball, ...] = ()
     colour: float = 0.75
+    top: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edge", _numbers(self.edge, "edge", (AZIMUTHS,)))
+        if self.top is not None:
+            object.__setattr__(self, "top", _numbers(self.top, "top", (AZIMUTHS,)))
+            if self.top.max() >= 1:
+                raise InputError(f"a cut's top must lie below the crown, got {self.top.max():g}")
         object.__setattr__(self, "thick", _numbers(self.thick, "thick", (AZIMUTHS, None)))
         if self.thick.shape[1] < 2:
             raise InputError("a cut's thick must have at least two steps from parting to edge")
@@ -89,7 +96,7 @@ def mirrored(cut: Cut) -> Cut:
         cut.edge[other], cut.thick[other], None if cut.part is None else -cut.part, cut.hangs,
         cut.wave, cut.curl,
         tuple(Ball(ball.line * [-1, 1, 1], ball.radius, ball.plait) for ball in cut.balls),
-        cut.colour,
+        cut.colour, None if cut.top is None else cut.top[other],
     )  # fmt: skip
 
 
@@ -101,7 +108,8 @@ def to_json(cut: Cut) -> str:
     ]
     kept = {name: getattr(cut, name) for name in ("part", "hangs", "wave", "curl", "colour")}
     arrays = {"edge": cut.edge.tolist(), "thick": cut.thick.tolist()}
-    return json.dumps({**arrays, **kept, "balls": balls})
+    top = {} if cut.top is None else {"top": cut.top.tolist()}
+    return json.dumps({**arrays, **top, **kept, "balls": balls})
 
 
 def from_json(text: str) -> Cut:
@@ -114,7 +122,8 @@ def from_json(text: str) -> Cut:
         part = None if kept["part"] is None else float(kept["part"])
         wave, curl, colour = (float(kept[name]) for name in ("wave", "curl", "colour"))
         hangs = bool(kept["hangs"])
-        return Cut(kept["edge"], kept["thick"], part, hangs, wave, curl, balls, colour)
+        top = kept.get("top")
+        return Cut(kept["edge"], kept["thick"], part, hangs, wave, curl, balls, colour, top)
     except InputError as error:
         raise InputError(f"what is kept of the hair cannot be used: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:

@@ -1,7 +1,9 @@
 """Locks: ribbons of a few quads that lie on a shell and break its smoothness.
 
 A lock begins somewhere on the shell and follows a field of directions down to the edge, or until
-it is as long as its kind is. It has a ridge, tapers toward both ends, and waves and curls.
+it is as long as its kind is. It has a ridge, tapers toward both ends, and waves and curls. Above a
+bare forehead hair grows up and back: there locks begin at the edge and run the other way. At the
+sides of a face it does not end at the edge, but runs down along it.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from ..common.errors import InputError
 from ..rig import FaceRig
 from .cut import Cut
 from .head import WIDEST
+from .presets import HAIRLINE
 from .shell import WAVELENGTH, Shell, edge_heights, shell, wave_phase
 
 FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
@@ -24,8 +27,13 @@ FINE_FROM = 0.4
 LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls are shorter
 SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl or wave
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
-BEYOND = (0.001, 0.018)  # metres that tips reach beyond the edge of hair that lies, that falls
+BEYOND = (0.001, 0.006)  # metres that tips reach beyond the edge of hair that lies, that falls
 MORE = (2.0, 0.04)  # times as many locks begin at the parting, and metres over which that fades
+GROWS = (0.16, 0.06)  # heights below the hairline between which an edge comes to be one itself
+FOREHEAD = (np.radians(62), np.radians(80))  # from the front, where that ceases to matter
+ALONG = (0.3, 0.9)  # shares of a column between which locks come to run along a steep edge
+LEVEL = 0.3  # slope of an edge below which hair ends there
+HAIRLINE_SPREAD = 0.004  # metres before a hairline that roots reach
 CURLY = 0.5  # curl from which on locks are plain ribbons
 DOWN = (0.0, 1.0)  # the field of hair that follows the columns
 PITCH = 0.025  # metres of a turn of a curl
@@ -84,10 +92,10 @@ def locks(
     triangles : at most so many;  width : metres
     field : (columns, rows, 2) the direction of the hair at each point of `shell.outer`: across
         the columns, toward greater azimuths, and along them to the edge, of any length; down the
-        columns where none is given
+        columns, and along the edge where it is steep, where none is given
     """
     if field is None:
-        field = np.broadcast_to(DOWN, (*shell.outer.shape, 2))
+        field = _combed(shell)
     if field.shape != (*shell.outer.shape, 2):
         wanted = " x ".join(map(str, (*shell.outer.shape, 2)))
         raise InputError(f"the field of the locks must be {wanted} numbers, got {field.shape}")
@@ -116,26 +124,51 @@ class _Sheet:
 
     points : (c, r, 3) metres;  field : (c, r, 2) see `locks`
     azimuth : (c,) radians, rising;  beyond : (c,) metres that tips may reach beyond a column's end
+    grows : (c,) 0..1, the share of locks that begin at a column's end and run up from there
     """
 
     points: NDArray[np.float64]
     field: NDArray[np.float64]
     azimuth: NDArray[np.float64]
     beyond: NDArray[np.float64]
+    grows: NDArray[np.float64]
 
 
 def _sheets(shell: Shell, cut: Cut, field: NDArray) -> list[_Sheet]:
     """The outer sheet of a shell, and what is gathered but not plaited."""
     falls = cut.hangs & (edge_heights(cut, shell.azimuth) < WIDEST)
     points = shell.points[shell.outer].astype(np.float64)
-    out = [_Sheet(points, field, shell.azimuth, np.where(falls, BEYOND[1], BEYOND[0]))]
+    beyond = np.where(falls, BEYOND[1], BEYOND[0])
+    out = [_Sheet(points, field, shell.azimuth, beyond, _grows(cut, shell.azimuth))]
     for ring, ball in zip(shell.tails, cut.balls, strict=True):
         if not ball.plait:
             points = shell.points[ring.T].astype(np.float64)
             turn = np.linspace(0, 2 * np.pi, len(points), endpoint=False)
             down = np.broadcast_to(DOWN, (*points.shape[:2], 2))
-            out.append(_Sheet(points, down, turn, np.full(len(points), BEYOND[0])))
+            tips = np.full(len(points), BEYOND[0])
+            out.append(_Sheet(points, down, turn, tips, np.zeros(len(points))))
     return out
+
+
+def _combed(shell: Shell) -> NDArray[np.float64]:
+    """(columns, rows, 2) down the columns, and toward where the edge is steep along it."""
+    end = shell.points[shell.outer[:, -1]].astype(np.float64)
+    tangent = np.roll(end, -1, axis=0) - np.roll(end, 1, axis=0)
+    steep = tangent[:, 1] / np.maximum(np.linalg.norm(tangent, axis=1), 1e-9)
+    steep = np.sign(steep) * np.clip((np.abs(steep) - LEVEL) / (1 - LEVEL), 0, 1)
+    columns, rows = shell.outer.shape
+    begins, ends = ALONG
+    near = np.clip((np.linspace(0, 1, rows) - begins) / (ends - begins), 0, 1)
+    across = -steep[:, None] * near
+    return np.stack([across, 1 - np.abs(across)], axis=-1)
+
+
+def _grows(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
+    """(c,) how far a cut's edge is where hair begins to grow, rather than where it hangs to."""
+    away = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
+    low, high = np.interp(np.degrees(away), *np.array(HAIRLINE).T) - np.array(GROWS)[:, None]
+    there = np.clip((edge_heights(cut, azimuth) - low) / (high - low), 0, 1)
+    return there * np.clip((FOREHEAD[1] - away) / (FOREHEAD[1] - FOREHEAD[0]), 0, 1)
 
 
 def _cells(grid: NDArray) -> NDArray[np.float64]:
@@ -188,14 +221,19 @@ def _traced(
     metres : (c, r, 2) of one of each;  root : (c, r) metres from the parting
     """
     columns, rows = sheet.points.shape[:2]
-    place = _seeds(sheet.points, root, rng, count)
+    place = _seeds(sheet, root, rng, count)
     length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
     share = rng.uniform(0, 1, count)
+    up = rng.uniform(0, 1, count) < sheet.grows[np.rint(place[:, 0]).astype(np.intp) % columns]
+    turned = np.where(up, -1.0, 1.0)[:, None]
+    first = up & (place[:, 1] > rows - 2)
+    before = rng.uniform(0, HAIRLINE_SPREAD, count) / _at(metres, place)[:, 1]
+    place[:, 1] = np.where(first, rows - 1 + np.minimum(before, 1.0), place[:, 1])
     path = np.empty((count, segments + 1, 2))
     for k in range(segments + 1):
         path[:, k] = place
-        way = _unit(_at(sheet.field, place))
+        way = turned * _unit(_at(sheet.field, place))
         way = _unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
         size = _at(metres, place)
         past = share * sheet.beyond[np.rint(place[:, 0]).astype(np.intp) % columns]
@@ -205,11 +243,14 @@ def _traced(
 
 
 def _seeds(
-    grid: NDArray, root: NDArray, rng: np.random.Generator, count: int
+    sheet: _Sheet, root: NDArray, rng: np.random.Generator, count: int
 ) -> NDArray[np.float64]:
     """(count, 2) columns and rows where locks begin: evenly over the grid's surface, and more at
-    the parting, where none comes from farther up."""
-    area = _cells(grid) * (1 + MORE[0] * np.exp(-root[:, :-1] / MORE[1]))
+    the parting and at a hairline, where none comes from farther up."""
+    grid, grows = sheet.points, sheet.grows[:, None]
+    end = root[:, -1:] - root[:, 1:]
+    more = (1 - grows) * np.exp(-root[:, :-1] / MORE[1]) + 2 * grows * np.exp(-end / MORE[1])
+    area = _cells(grid) * (1 + MORE[0] * more)
     reach = np.concatenate([[0.0], np.cumsum(area.ravel())])
     want = (np.arange(count) + rng.uniform(0, 1, count)) / max(count, 1) * reach[-1]
     cell = np.clip(np.searchsorted(reach, want, side="right") - 1, 0, area.size - 1)

@@ -15,11 +15,17 @@ from ..shape import Worn
 from .cut import Cut
 from .follow import Bound, bind
 from .locks import hair
-from .shell import shell
+from .shell import Shell, shell
+from .strands import Strands, grow
+from .style import AS_DRAWN, Style, styled
 
-KINDS, NAME = ("locks", "surface"), "hair"
+# A surface with locks on it, that surface alone, and strands over a thinner one.
+KINDS, NAME = ("locks", "surface", "curves"), "hair"
 DETAIL = 0.5  # of locks; see `locks.hair`
-OUTER, INNER = 0.65, 0.15  # how light the two sheets of the shell are: what lies under locks
+OUTER, INNER = 0.65, 0.35  # how light the two sheets of the shell are: what lies under locks
+# Share of its thickness that the shell has under strands, and metres from the parting from which on
+# it has that: there strands have hardly left the skin.
+UNDER, UNDER_FROM = 0.5, 0.05
 LOOSE = 0.20  # how much lighter or darker than the hair a lock may be
 HAIRS = 300.0  # single hairs around the head, in pictures
 APART = 11.0  # hairs from one lock to the next
@@ -35,7 +41,9 @@ class HairMesh:
     shade : (n,) float32, of the hair's colour, 1 as it is
     grain : (n,) float32, which single hair lies there: neighbours differ
     colour : linear RGB      bound : how it follows the skull
-    cut, kind : what it was made of, and as which of KINDS
+    cut, style, kind : what it was made of, how it was combed, and as which of KINDS
+    strands : over the mesh, for `curves`; they lie on the person, not on what was fitted to it:
+        the skin takes them along
     """
 
     points: NDArray[np.float32]
@@ -47,6 +55,8 @@ class HairMesh:
     bound: Bound
     cut: Cut
     kind: str
+    style: Style = AS_DRAWN
+    strands: Strands | None = None
 
     @property
     def triangles(self) -> NDArray[np.int32]:
@@ -73,19 +83,25 @@ def hair_mesh(
     cut: Cut,
     kind: str = "locks",
     detail: float = DETAIL,
+    style: Style = AS_DRAWN,
 ) -> HairMesh:
-    """The hair of a person: the shell alone (`surface`), or with locks on it.
+    """The hair of a person: the shell alone (`surface`), with locks on it, or under strands.
 
     The same cut makes the same hair. InputError for another kind and a detail out of range.
     """
     if kind not in KINDS:
         raise InputError(f"hair is made as {' or '.join(KINDS)}, not as '{kind}'")
     rng = np.random.default_rng(0)
-    if kind == "surface":
-        under, ribbons = shell(rig, identity, cut), None
-    else:
+    drawn, cut = cut, styled(cut, style)
+    ribbons = threads = None
+    if kind == "locks":
         under, ribbons = hair(rig, identity, cut, rng, detail)
-    shade = np.full(len(under.points), OUTER if ribbons else 1.0)
+    else:
+        under = shell(rig, identity, cut)
+    if kind == "curves":
+        threads = grow(rig, identity, cut, under, rng, detail)
+        under = _under_strands(under)
+    shade = np.full(len(under.points), 1.0 if kind == "surface" else OUTER)
     shade[under.inner] = INNER
     points, quads, uv, shades = [under.points], [under.quads], [under.uv], [shade]
     grain = [HAIRS * under.uv[:, 0]]
@@ -106,9 +122,24 @@ def hair_mesh(
         np.concatenate(grain).astype(np.float32),
         colour[:3],
         bind(every, rig, identity),
-        cut,
+        drawn,
         kind,
+        style,
+        threads,
     )
+
+
+def _under_strands(shell: Shell) -> Shell:
+    """A thinner shell, which keeps the skin from showing between strands."""
+    points = shell.points.copy()
+    inner, outer = points[shell.inner], points[shell.outer]
+    steps = np.linalg.norm(np.diff(outer, axis=1, prepend=outer[:, :1]), axis=-1, keepdims=True)
+    way = np.minimum(np.cumsum(steps, axis=1) / UNDER_FROM, 1)
+    points[shell.outer] = inner + UNDER * way * (outer - inner)
+    for ring in shell.tails:
+        middle = points[ring].mean(axis=1, keepdims=True)
+        points[ring] = middle + UNDER * (points[ring] - middle)
+    return replace(shell, points=points)
 
 
 def strands(points: NDArray, quads: NDArray, uv: NDArray) -> NDArray[np.float64]:

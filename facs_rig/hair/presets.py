@@ -20,20 +20,18 @@ Points = tuple[tuple[float, float], ...]
 # forehead's middle around the ear to the nape.
 HAIRLINE: Points = (
     (0, 0.59), (14, 0.60), (27, 0.58), (36, 0.49), (42, 0.36), (50, 0.24), (60, 0.14), (68, -0.02),
-    (76, -0.10), (82, 0.10), (88, 0.24), (98, 0.26), (110, 0.16), (119, -0.12), (128, -0.42),
-    (145, -0.56), (180, -0.60),
+    (76, -0.10), (82, 0.10), (88, 0.24), (98, 0.26), (110, 0.16), (119, -0.10), (128, -0.30),
+    (145, -0.42), (180, -0.46),
 )  # fmt: skip
-RIM: Points = (
-    (0, 0.985), (50, 0.97), (60, 0.80), (66, 0.48), (70, 0.16), (76, -0.06), (82, 0.08), (88, 0.22),
-    (98, 0.26), (110, 0.16), (119, -0.12), (128, -0.40), (145, -0.52), (180, -0.55),
-)  # fmt: skip
+# And where it ends upwards on a bald head: in front of the temples there is none.
+TOP: Points = ((0, 0.30), (62, 0.30), (72, 0.38), (90, 0.42), (120, 0.50), (150, 0.56), (180, 0.58))
 
 
 @dataclass(frozen=True)
 class Preset:
     """A row of the table.
 
-    edge : degrees and height, from front to back
+    edge, top : degrees and height, from front to back
     thick : metres in front, on top, at the sides, behind;  tips : the same of hanging hair's edge
     part : degrees that the parting leans to the left;  balls, and the rest : as in `Cut`
     """
@@ -48,10 +46,11 @@ class Preset:
     balls: tuple[tuple[tuple[tuple[float, float, float, float], ...], int], ...] = ()
     colour: float = 0.75
     lying: float = LYING
+    top: Points | None = None
 
 
 PRESETS: Mapping[str, Preset] = {
-    "bald_rim": Preset(RIM, (0.003, 0.003, 0.008, 0.009), colour=0.6),
+    "bald_rim": Preset(HAIRLINE, (0.003, 0.007, 0.008, 0.009), colour=0.6, top=TOP),
     "crop": Preset(HAIRLINE, (0.011, 0.013, 0.006, 0.007), colour=0.8),
     "side_parting": Preset(HAIRLINE, (0.019, 0.019, 0.010, 0.011), part=24.0, colour=0.55),
     "bob": Preset(
@@ -122,7 +121,7 @@ def preset(name: str) -> Cut:
             Ball(np.array(line)[:, :3] * [np.pi / 180, 1, 1], np.array(line)[:, 3], plait)
             for line, plait in row.balls
         ),
-        row.colour,
+        row.colour, None if row.top is None else _around(row.top),
     )  # fmt: skip
 
 

@@ -1,8 +1,8 @@
 """The closed, light surface of a head of hair on a person.
 
 Its columns run from the parting, or the whorl, to the edge: over the skull in great circles, and
-where hair falls down from where the head is widest. An outer sheet carries the hair's look, a
-second one lies a little off the skin, and a rim joins them.
+where hair falls down from where the head is widest. Around a bald crown they begin at its edge. An
+outer sheet carries the hair's look, a second one lies a little off the skin, and a rim joins them.
 """
 
 from __future__ import annotations
@@ -24,9 +24,13 @@ CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
 DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
-GROOVE = (0.45, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
+GROOVE = (0.5, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
 WAVELENGTH = 0.055  # metres of a wave of hair
+THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
+GONE = (0.010, 0.006)  # metres of a column below which it sinks into the skin, and how deep
+LOCKS, ROOM = 0.009, 0.7  # metres that tips are uneven, and share of a column from which on
+STEEP = 0.10  # metres a radian of an edge that is not level
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
 
@@ -39,7 +43,8 @@ class Shell:
     uv : (n, 2) float32, 0..1: u around the head from front to back, alike on both sides (around
         a tail), v along the strands from the parting to the edge
     outer, inner : (columns, rows) int32, points of the two sheets from the parting to the edge,
-        column 0 in front, then to the face's own left; at the parting both sides have the same
+        column 0 in front, then to the face's own left; at the parting both sides have the same,
+        around a bald crown each has its own
     azimuth : (columns,) radians at which each column ends, 0 to 2 pi
     tails : (rings, sides) int32, points of each of the cut's balls, along it and around it
     """
@@ -78,10 +83,11 @@ def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> 
     share = np.linspace(0, 1, rows)
     ways, drop, along = _paths(head, cut, azimuth, share)
     outer, inner = _sheets(head, cut, azimuth, share, ways, drop, along)
-    outer_at, inner_at, quads, uv = _layout(columns, rows)
+    outer_at, inner_at, quads, uv = layout(columns, rows, cut.top is not None)
     points = np.empty((len(uv), 3))
     for sheet, at in ((outer, outer_at), (inner, inner_at)):
-        sheet[:, 0] = (sheet[:, 0] + sheet[-np.arange(columns), 0]) / 2
+        if cut.top is None:
+            sheet[:, 0] = (sheet[:, 0] + sheet[-np.arange(columns), 0]) / 2
         points[at] = sheet
     parts, faces, places, tails = [points], [quads], [uv], []
     for ball in cut.balls:
@@ -139,14 +145,17 @@ def _paths(
         """Radians from the crown to the edge."""
         return np.pi / 2 - np.interp(around, azimuth, rim, period=2 * np.pi)
 
-    starts, ends = _starts(head, cut, len(azimuth)), _ways(azimuth, rim)
+    ends = _ways(azimuth, rim)
+    starts = _starts(head, cut, len(azimuth)) if cut.top is None else _rim(head, cut, azimuth, ends)
     turn = np.arccos(np.clip(np.einsum("ck,ck->c", starts, ends), -1, 1))
     arc = np.maximum(turn, 1e-3) * (head.above - widest) * 1.15
     fall = np.where(falls, widest - edge, 0.0)
     along = share * (arc + fall)[:, None]
+    ends_at = np.clip((share - ROOM) / (1 - ROOM), 0, 1) ** 2
+    along = along + ends_at * (np.minimum(fall, LOCKS) * _tips(azimuth, edge))[:, None]
     t = np.clip(along / arc[:, None], 0, 1)
     around, elevation = _angles(starts)
-    root = np.minimum((np.pi / 2 - elevation) / reach(around), 0.97)
+    root = np.minimum((np.pi / 2 - elevation) / reach(around), 0.97 if cut.top is None else 1.0)
     x, z = (
         (1 - t) * (root * turned(around))[:, None] + t * turned(azimuth)[:, None]
         for turned in (np.sin, np.cos)
@@ -154,6 +163,14 @@ def _paths(
     around = np.arctan2(x, z)
     ways = _ways(around, np.pi / 2 - np.hypot(x, z) * reach(around))
     return ways, np.maximum(along - arc[:, None], 0), along
+
+
+def _tips(azimuth: NDArray, edge: NDArray) -> NDArray[np.float64]:
+    """(c,) -1..1, how much longer falling hair is, in locks, where its edge (c,), m, is level."""
+    rise = np.roll(edge, -1) - np.roll(edge, 1)
+    run = (np.roll(azimuth, -1) - np.roll(azimuth, 1)) % (2 * np.pi)
+    level = 1 / (1 + (rise / run / STEEP) ** 2)
+    return level * (np.cos(31 * azimuth) + np.cos(23 * azimuth)) / 2
 
 
 def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:
@@ -189,6 +206,15 @@ def _starts(head: Head, cut: Cut, columns: int) -> NDArray[np.float64]:
     return ways / np.linalg.norm(ways, axis=1, keepdims=True)
 
 
+def _rim(head: Head, cut: Cut, azimuth: NDArray, ends: NDArray) -> NDArray[np.float64]:
+    """(c, 3) unit ways from the head's middle to a bald crown's edge above the columns' ends."""
+    heights = cut.edge if cut.top is None else cut.top
+    top = head.metres(np.interp(azimuth, ANGLES, heights, period=2 * np.pi))
+    widest = head.middle[1] - head.eyes[1]
+    elevation = np.arctan2(top - widest, head.levels(head.axis, azimuth, top))
+    return _ways(azimuth, np.maximum(elevation, _angles(ends)[1]))
+
+
 def _way(head: Head, azimuth: float, height: float) -> NDArray[np.float64]:
     """(3,) unit way from the head's middle to the skin at an azimuth and a height."""
     metres = head.metres(np.array(height))
@@ -210,8 +236,8 @@ def _sheets(
     """(c, r, 3) metres, the outer and the inner sheet."""
     widest = head.middle[1] - head.eyes[1]
     thick = _thickness(cut, azimuth, share)
-    if cut.part is not None:
-        least, reach = GROOVE
+    if cut.part is not None or cut.top is not None:
+        least, reach = GROOVE if cut.top is None else THINNER
         thick = thick * (least + (1 - least) * np.clip(along / reach, 0, 1) ** 0.5)
     covers = _covers(cut, azimuth)[:, None]
     skin = head.rays(head.skull, ways)
@@ -230,6 +256,10 @@ def _sheets(
     gap = np.minimum(deep, np.maximum(outside - inside, LEAST))
     inside = np.where(hangs, outside - gap, inside)
     outside = np.maximum(outside + relief, inside + LEAST)
+    if cut.top is not None:
+        short, depth = GONE
+        sunk = depth * (1 - np.clip(along[:, -1:] / short, 0, 1))
+        inside, outside = inside - sunk, outside - sunk
     fallen = np.stack([0 * drop, -drop, 0 * drop], axis=-1)
     origin = head.middle + fallen
     return origin + outside[..., None] * ways, origin + inside[..., None] * ways
@@ -272,22 +302,26 @@ def _relief(cut: Cut, azimuth: NDArray, share: NDArray, along: NDArray) -> NDArr
 
 
 @lru_cache(maxsize=8)
-def _layout(columns: int, rows: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def layout(columns: int, rows: int, open_: bool) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Points of both sheets (c, r), quads (q, 4) and uv (n, 2), the same for every cut.
 
-    The first row is the parting, whose points column k and column -k share.
+    The first row is the parting, whose points column k and column -k share, or where it is open it
+    goes around a bald crown, with a rim of its own.
     """
     k = np.arange(columns)
-    half = columns // 2 + 1
+    half = columns if open_ else columns // 2 + 1
     sheet = np.empty((columns, rows), dtype=np.int32)
-    sheet[:, 0] = np.minimum(k, columns - k)
+    sheet[:, 0] = k if open_ else np.minimum(k, columns - k)
     sheet[:, 1:] = half + np.arange(columns * (rows - 1)).reshape(columns, rows - 1)
     count = half + columns * (rows - 1)
     ahead = np.roll(sheet, -1, axis=0)
     out = np.stack([sheet[:, :-1], sheet[:, 1:], ahead[:, 1:], ahead[:, :-1]], axis=-1)
     back = (out + count)[..., ::-1]
-    rim = np.stack([sheet[:, -1], sheet[:, -1] + count, ahead[:, -1] + count, ahead[:, -1]], -1)
-    quads = np.concatenate([out.reshape(-1, 4), back.reshape(-1, 4), rim]).astype(np.int32)
+    rims = [np.stack([sheet[:, -1], sheet[:, -1] + count, ahead[:, -1] + count, ahead[:, -1]], -1)]
+    if open_:
+        top, next_ = sheet[:, 0], ahead[:, 0]
+        rims.append(np.stack([top, next_, next_ + count, top + count], -1))
+    quads = np.concatenate([out.reshape(-1, 4), back.reshape(-1, 4), *rims]).astype(np.int32)
     uv = np.empty((2 * count, 2))
     u = 2 * np.minimum(k, columns - k) / columns
     for at in (sheet, sheet + count):

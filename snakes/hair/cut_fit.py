@@ -14,12 +14,12 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, grey_opening
+from scipy.ndimage import grey_closing, grey_opening, median_filter
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
 from facs_rig.hair.head import WIDEST, head_of
-from facs_rig.hair.presets import HAIRLINE, LYING
+from facs_rig.hair.presets import HAIRLINE, LYING, TOP
 from facs_rig.hair.shell import shell_on
 
 from .gathered import gathered
@@ -32,17 +32,18 @@ STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
 ROUNDS = 3
 """How often the surface is held against the region."""
-HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -2.3, 46)])
+HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
 """At which hair is looked for."""
+NOWHERE = np.zeros(AZIMUTHS, dtype=bool)
 FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
 PLAIN = 0.012
 """Metres that hair stands off of which nothing is known."""
 THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
-HUNG = -0.42
+HUNG = -0.5
 """Height below which hair at the sides hangs: the mouth's."""
-NAPE, BELOW = np.radians(25), 0.15
+NAPE, BELOW = np.radians(25), 0.3
 """Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
 ends that hangs."""
 GAP, SIDES = 9, np.radians(50)
@@ -51,9 +52,18 @@ on that is so."""
 TIP, JAGGED = 5, 0.12
 """Azimuths side by side to which a lock has to reach that hangs down farther than by this height
 below those beside it."""
+TOOTH, FOREHEAD = 5, np.radians(62)
+"""Azimuths side by side to which hair that lies has to reach over the forehead to be no tooth, and
+radians from the front to which that goes."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
+USUAL, SOFTLY = 0.12, 0.1
+"""How well a place is seen where what is seen of lying hair counts as much as where hairlines
+usually are, and over what height these go from hair to skin."""
+EARS, DOUBTED = (np.radians(92), np.radians(15)), 0.3
+"""Radians from the front where ears are, and how far around, and how well hair is seen there that
+lies: dark ears beside it are taken for it."""
 UNSEEN = 0.4
 """How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
@@ -61,6 +71,15 @@ BARE, HAIRY = 0.86, 0.75
 that is taken for a gap in what was seen."""
 HIGHEST = 0.93
 """Of an edge."""
+CROWN, BALD = 0.62, 0.3
+"""Height from which on a crown is bald, and the share of it that hair covers at most then."""
+SIDE, RIMMED = (-0.1, 0.5), 0.3
+"""Heights at the sides of a bald head of which hair covers at least this share."""
+OPEN, APEX = 0.42, 0.05
+"""Height of an edge above which a forehead is open, and how far below its highest place is as good:
+falling hair parts there unless its strokes say where."""
+CURLED = 0.018
+"""Metres that hair stands off from which on curls are as large as they get."""
 LIDS, EYES = 0.1, np.radians(32)
 """Height above the eyes that a fringe keeps, and radians from the front to which it does: a face
 that is to be posed needs both eyes."""
@@ -77,23 +96,59 @@ def fit_cut(
         return None
     head = head_of(rig, parameters.identity)
     sight = Sight.of(page, rig, parameters, vertices, camera, head)
-    outline = sight.outline_of_region().without_knots()
+    whole = sight.outline_of_region()
+    outline = whole.without_knots()
     hangs = _hangs(sight, outline)
     thick = np.full((AZIMUTHS, STEPS), PLAIN)
-    edge, falls = _edges(sight, outline, hangs, thick)
-    cut = _cut(page, sight, edge, thick, hangs)
+    rim = None if hangs else _rim(sight)
+    edge, falls = _edges(sight, outline, hangs, thick) if rim is None else (rim[0], NOWHERE)
+    top, outline = (None, outline) if rim is None else (rim[1], whole)
+    cut = _cut(page, sight, edge, thick, hangs, top)
     for _ in range(ROUNDS):
         thick = _thickness(sight, outline, cut, thick, falls)
-        edge, falls = _edges(sight, outline, hangs, thick)
-        cut = _cut(page, sight, edge, _tapered(thick, falls), hangs)
+        if rim is None:
+            edge, falls = _edges(sight, outline, hangs, thick)
+        cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
     return replace(cut, balls=gathered(sight, cut))
 
 
-def _cut(page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: bool) -> Cut:
+def _cut(
+    page: PageHair, sight: Sight, edge: NDArray, thick: NDArray, hangs: bool, top: NDArray | None
+) -> Cut:
     """All of a cut; parting, curls and colour as they are drawn."""
-    part = None if page.part is None else sight.azimuth_at(page.part, edge)
-    curl = 0.8 if page.texture == "curls" else 0.0
-    return Cut(edge, thick, part, hangs, curl=curl, colour=float(np.clip(page.tone, 0.1, 1.0)))
+    part = None
+    if page.part is not None and top is None:
+        part = sight.azimuth_at(page.part, edge)
+    if hangs and (part is None or _is_fringe(edge, part)):
+        part = _apex(edge)
+    curl = 0.0
+    if page.texture == "curls":
+        curl = 0.8 * float(np.clip(np.median(thick[:, : STEPS // 2 + 1]) / CURLED, 0.35, 1))
+    # Only long strokes show waves: short ones lie in many directions, filled areas have none.
+    wave = 0.5 * page.wave if hangs and page.texture == "strands" else 0.0
+    colour = float(np.clip(page.tone, 0.1, 1.0))
+    return Cut(edge, thick, part, hangs, wave, curl, (), colour, top)
+
+
+def _is_fringe(edge: NDArray, part: float) -> bool:
+    """Whether hair hangs over the forehead on both sides of a parting: it hides that."""
+    near = _away(ANGLES - part) < np.radians(20)
+    return bool(edge[near].max() < OPEN)
+
+
+def _rounded(values: NDArray) -> NDArray[np.float64]:
+    """(48, k) values shared with the azimuths beside each."""
+    return (2 * values + np.roll(values, 1, axis=0) + np.roll(values, -1, axis=0)) / 4
+
+
+def _apex(edge: NDArray) -> float | None:
+    """Radians at which falling hair parts over an open forehead, None for a fringe."""
+    front = (_away(ANGLES) < np.radians(50)) & (edge < BARE)
+    highest = edge[front].max(initial=-np.inf)
+    if highest < OPEN:
+        return None
+    turn = (ANGLES + np.pi) % (2 * np.pi) - np.pi
+    return float(turn[front & (edge > highest - APEX)].mean())
 
 
 # --- where it ends -------------------------------------------------------------------------------
@@ -122,13 +177,18 @@ def _edges(
     stand = tips.mean(axis=1) if hangs else np.full(AZIMUTHS, 0.5 * PLAIN)
     covered, weight = sight.covered(HEIGHTS, hangs, np.maximum(stand, THIN), FACING)
     seen = weight * (2 * covered - 1)
+    base = _around(HAIRLINE)
+    if not hangs:
+        ears = (np.abs(_away(ANGLES) - EARS[0]) < EARS[1])[:, None] & (HEIGHTS < base[:, None])
+        seen = np.where(ears & (seen > 0), DOUBTED * seen, seen)
+        usual = np.tanh((HEIGHTS - base[:, None]) / SOFTLY)
+        seen = _rounded(seen + USUAL * usual * np.minimum(weight.max(axis=1) / USUAL, 1)[:, None])
     # Hair above a height and none below: the height of which that is true for the most.
     above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
     best = above.argmax(axis=1)
     between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
     found, sure = between[best], weight[:, :40].mean(axis=1)
     sure = np.where(sure > 0.1, np.minimum(2 * sure, 1), 0)
-    base = _around(HAIRLINE)
     for side in (-1, 1):
         low = sight.lowest(outline, side)
         rim = sight.rim(side)
@@ -148,10 +208,40 @@ def _edges(
     if hangs:
         even = grey_opening(edge, GAP, mode="wrap")
         even = np.maximum(even, grey_closing(even, TIP, mode="wrap") - JAGGED)
-        edge = np.where(_away(ANGLES) > SIDES, even, edge)
+        front = np.maximum(edge, grey_closing(edge, TIP, mode="wrap") - JAGGED / 2)
+        edge = np.where(_away(ANGLES) > SIDES, even, front)
+    else:
+        plain = median_filter(edge, TOOTH, mode="wrap")
+        edge = np.where(_away(ANGLES) < FOREHEAD, plain, edge)
     clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
     edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
+
+
+def _rim(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """(48,) heights of both edges of a rim of hair around a bald crown, None if there is none."""
+    stand = np.full(AZIMUTHS, 0.5 * PLAIN)
+    covered, weight = sight.covered(HEIGHTS, False, stand, FACING)
+    low, high = SIDE
+    sides = (_away(ANGLES) > np.radians(50))[:, None] & (HEIGHTS > low) & (HEIGHTS < high)
+    crown = np.broadcast_to(HEIGHTS > CROWN, weight.shape)
+    crown, sides = ((weight * covered * at).sum() / max((weight * at).sum(), 1e-9)
+                    for at in (crown, sides))  # fmt: skip
+    if crown > BALD or sides < RIMMED:
+        return None
+    seen = weight * (2 * covered - 1)
+    # Hair between two heights, and none above and below: those of which that is true for the most.
+    above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
+    gain = above - np.minimum.accumulate(above, axis=1)
+    end = gain.argmax(axis=1)
+    begin = np.array([row[: k + 1].argmin() for row, k in zip(above, end, strict=True)])
+    between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
+    sure = np.clip(2 * weight[:, :40].mean(axis=1), 0, 1)
+    there = gain.max(axis=1) > 0
+    base, around = _around(HAIRLINE), _around(TOP)
+    top = np.where(there, between[begin], base - 0.15)
+    edge = _continued(np.where(there, between[end], base), sure, base)
+    return edge, np.clip(_continued(top, sure, around), HEIGHTS[-1], HIGHEST)
 
 
 def _behind(found: NDArray, sure: NDArray) -> NDArray[np.float64]:

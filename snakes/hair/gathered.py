@@ -30,6 +30,8 @@ BEHIND = 0.045
 """Metres behind the head's middle where it is gathered that is seen from the front."""
 TURNED = 0.3
 """Sine of the head's turn from which on a tail is taken to hang in its plane of symmetry."""
+LOW = 0.2
+"""Metres below the eyes where falling hair has no buns."""
 PLACES = 5
 """Along a tail."""
 
@@ -41,6 +43,9 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     symmetry, else a little behind its middle.
     """
     beyond = sight.beyond(shell_on(sight.head, cut)) > OFF
+    if cut.hangs:  # what is longer than a cut can be is no bun
+        low = sight.cells(sight.head.eyes)[1] + LOW * sight.unit
+        beyond &= np.arange(len(beyond))[:, None] < low
     label, count = ndimage.label(ndimage.binary_opening(beyond, iterations=2))
     size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
     largest = np.argsort(-size)[:MOST] + 1

@@ -25,9 +25,12 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from ..lines import HEAD
-from .texture import Strokes, parting, strokes_in, texture_of, tone_of
+from .texture import Strokes, parting, strokes_in, texture_of, tone_of, waves_in
 
-__all__ = ["PageHair", "page_hair"]
+__all__ = [
+    "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds", "outside",
+    "page_hair", "spread", "theirs",
+]  # fmt: skip
 
 At = Callable[[str, NDArray[np.float64]], NDArray[np.float64]]
 
@@ -59,6 +62,11 @@ LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55
 least a tenth of it reaches."""
 LEAST_BEARD, BEARDED = 0.004, 1.6
 """The same square heads of a beard, and the log-odds by which the network takes too few for one."""
+SHADED, DARKER, SHORN = 0.16, 1.3, 1.2
+"""Mean ink from which on a scalp is not bare, if it is so many times darker than the face, and the
+log-odds by which a network takes its ink too rarely for hair that is cut to the skin."""
+FALLEN = 0.03
+"""Square heads of hair below the mouth from which on it is one that falls."""
 APART = 0.04
 """Heads between a head and a piece of hair that is still its own."""
 
@@ -75,6 +83,7 @@ class PageHair:
     texture : how it is drawn: "black", "outline", "strands", "curls" or "stubble"; "" for none
     strokes : where its strokes run
     part : (2,) pixels where a parting meets the forehead, or None
+    wave : how wavy its strokes are, 0 to 1
     """
 
     box: Box
@@ -86,6 +95,7 @@ class PageHair:
     texture: str
     strokes: Strokes
     part: NDArray[np.float64] | None
+    wave: float = 0.0
 
     @property
     def cell(self) -> float:
@@ -122,25 +132,27 @@ def page_hair(
 
     Where no hair is drawn, and where the head lies off the page, the regions are empty.
     """
-    box, size = _grid(vertices, camera, drawing.shape)
+    box, size = grid(vertices, camera, drawing.shape)
     ink = 1 - area_resample(np.asarray(drawing, np.float32), box, size, outside=1.0)
-    zones = _Zones.of(rig, vertices, camera, box, size)
-    hair = _log_odds(at, "hair", box, size, seen, camera)
-    beard = _log_odds(at, "beard", box, size, seen, camera) + BEARDED
-    unlike = _beside(zones) + _theirs(box, size, zones, others)
+    zones = Zones.of(rig, vertices, camera, box, size)
+    hair = log_odds(at, "hair", box, size, seen, camera)
+    beard = log_odds(at, "beard", box, size, seen, camera) + BEARDED
+    unlike = _beside(zones) + theirs(box, size, zones, others)
     region = _hair_in(ink, hair, beard, zones, unlike)
     whiskers = _beard_in(ink, beard, zones) & ~region
     strokes = strokes_in(ink, region, ROWS)
-    place = parting(strokes, region, zones.face, ROWS)
+    low = max(int((zones.nose + zones.chin) / 2), 0)
+    falls = bool(region[low:].sum() > FALLEN * ROWS**2)
+    place = parting(strokes, region, zones.face, ROWS, falls)
     part = None if place is None else box.to_pixels((place + 0.5) / size)
     return PageHair(
-        box, region, whiskers, zones.head, _contour(region, box), tone_of(ink, region),
-        texture_of(ink, region, strokes, ROWS), strokes, part,
+        box, region, whiskers, zones.head, contour(region, box), tone_of(ink, region),
+        texture_of(ink, region, strokes, ROWS), strokes, part, waves_in(strokes, region, ROWS),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class _Zones:
+class Zones:
     """What of the fitted face lies where, in cells: (h, w) bool, and rows of the grid.
 
     head : head and neck;  face : between forehead, temples and jaw;  middle : column of the face
@@ -156,7 +168,7 @@ class _Zones:
     @classmethod
     def of(
         cls, rig: FaceRig, vertices: NDArray, camera: Camera, box: Box, size: tuple[int, int]
-    ) -> _Zones:
+    ) -> Zones:
         skin = _cells(vertices[rig.parts["skin"]], camera, box, size)
         marks = _cells(vertices[rig.landmarks], camera, box, size)
         edge = [k for k, name in enumerate(LANDMARKS)
@@ -188,19 +200,24 @@ def _covered(cells: NDArray, size: tuple[int, int], gap: int = 3) -> NDArray[np.
     return found[gap + 1 : -gap - 1, gap + 1 : -gap - 1]
 
 
-def _grid(vertices: NDArray, camera: Camera, shape: tuple[int, ...]) -> tuple[Box, tuple[int, int]]:
-    """The part of the page that is looked at, and its cells across and down."""
+def grid(
+    vertices: NDArray,
+    camera: Camera,
+    shape: tuple[int, ...],
+    room: tuple[float, float, float, float] = ROOM,
+) -> tuple[Box, tuple[int, int]]:
+    """The part of the page that is looked at, and its cells across and down; room : see ROOM"""
     pixels = camera.project(vertices)
     head = HEAD * camera.scale[0]
     cell = head / ROWS
-    left, above, right, below = np.array(ROOM) * head
+    left, above, right, below = np.array(room) * head
     low = np.maximum(pixels.min(axis=0) - (left, above), 0)
     high = np.minimum(pixels.max(axis=0) + (right, below), shape[1::-1])
     size = np.maximum(np.ceil((high - low) / cell - 1e-6), 2).astype(int)
     return Box.at(*low, *(size * cell)), (int(size[0]), int(size[1]))
 
 
-def _log_odds(
+def log_odds(
     at: At, region: str, box: Box, size: tuple[int, int], seen: Box | None, camera: Camera
 ) -> NDArray[np.float64]:
     """(h, w) what the network says of each cell, fading beyond what it saw."""
@@ -222,7 +239,7 @@ def _tents(knots: NDArray, count: int) -> NDArray[np.float64]:
     return np.stack([np.interp(np.arange(count), knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def _beside(zones: _Zones) -> NDArray[np.float64]:
+def _beside(zones: Zones) -> NDArray[np.float64]:
     """(h, w) log-odds lost by what lies far beside or above a head; hair may hang down from it."""
     over = zones.head.copy()
     chin = int(np.clip(zones.chin, 0, len(over) - 1))
@@ -233,8 +250,8 @@ def _beside(zones: _Zones) -> NDArray[np.float64]:
     return -BESIDE * np.clip((away - FAR) / FARTHER, 0, 2)
 
 
-def _theirs(
-    box: Box, size: tuple[int, int], zones: _Zones, others: Sequence[Box]
+def theirs(
+    box: Box, size: tuple[int, int], zones: Zones, others: Sequence[Box]
 ) -> NDArray[np.float64]:
     """(h, w) very low log-odds where another head is nearer, each measured in its own size."""
     lost = np.zeros(size[::-1])
@@ -250,38 +267,48 @@ def _theirs(
 
 
 def _hair_in(
-    ink: NDArray, odds: NDArray, beard: NDArray, zones: _Zones, unlike: NDArray
+    ink: NDArray, odds: NDArray, beard: NDArray, zones: Zones, unlike: NDArray
 ) -> NDArray[np.bool_]:
     """(h, w) scalp hair: of all cues, by pieces that touch the head and are no strays."""
-    share = _chance(odds + unlike)
+    share = chance(odds + unlike)
     if share.max() < 0.5 or not zones.head.any():
         return np.zeros(ink.shape, dtype=bool)
     row = np.arange(len(ink))[:, None]
-    outside = _outside(ink, share, zones.head)
+    scalp = zones.head & ~zones.face & (row < zones.eyes)
+    paper = outside(ink, share, zones.head)
     cues = odds + unlike + TONED * _tones(ink, share)
-    cues = cues + np.where(outside, OUTSIDE, 0.0)
-    cues = cues + np.where(~outside & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
-    cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
-    found = _spread(cues, ink) & (odds > beard - 1 - BEARDED) & (unlike > -6)
-    found = ndimage.binary_opening(found, iterations=1)
+    cues = cues + np.where(paper, OUTSIDE, 0.0)
+    cues = cues + np.where(~paper & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
+    cues = cues + np.where(scalp, SCALP, 0.0)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(APART * ROWS), 1))
-    return _pieces(found, share, near, LEAST)
+    allowed = (odds > beard - 1 - BEARDED) & (unlike > -6)
+
+    def found_by(cues: NDArray, share: NDArray) -> NDArray[np.bool_]:
+        found = ndimage.binary_opening(spread(cues, ink) & allowed, iterations=1)
+        return _pieces(found, share, near, LEAST)
+
+    found = found_by(cues, share)
+    face = ink[zones.face].mean() if zones.face.any() else 0.0
+    if not found.any() and scalp.any() and ink[scalp].mean() > max(SHADED, DARKER * face):
+        shorn = SHORN * scalp * np.clip(ndimage.gaussian_filter(ink, 0.022 * ROWS) / SHADED, 0, 1)
+        found = found_by(cues + shorn, chance(odds + unlike + shorn))
+    return found
 
 
-def _beard_in(ink: NDArray, odds: NDArray, zones: _Zones) -> NDArray[np.bool_]:
+def _beard_in(ink: NDArray, odds: NDArray, zones: Zones) -> NDArray[np.bool_]:
     """(h, w) beard and moustache, below the eyes and down to a head's half under the chin."""
     found = np.zeros(ink.shape, dtype=bool)
     top, end = max(int(zones.eyes), 0), max(int(zones.chin + ROWS / 2), 0)
     part = slice(top, end)
-    share = _chance(odds[part])
+    share = chance(odds[part])
     if share.size and share.shape[0] > 2 and share.max() >= 0.5:
         cues = odds[part] + TONED * _tones(ink[part], share)
         near = ndimage.binary_dilation(zones.face[part], iterations=2)
-        found[part] = _pieces(_spread(cues, ink[part]), share, near, LEAST_BEARD)
+        found[part] = _pieces(spread(cues, ink[part]), share, near, LEAST_BEARD)
     return found
 
 
-def _chance(odds: NDArray) -> NDArray[np.float64]:
+def chance(odds: NDArray) -> NDArray[np.float64]:
     return 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
 
 
@@ -302,7 +329,7 @@ def _tones(ink: NDArray, share: NDArray) -> NDArray[np.float64]:
     return np.clip(np.log(counts[0] / counts[1]), -MOST_TONED, MOST_TONED).ravel()[place]
 
 
-def _outside(ink: NDArray, share: NDArray, head: NDArray) -> NDArray[np.bool_]:
+def outside(ink: NDArray, share: NDArray, head: NDArray) -> NDArray[np.bool_]:
     """(h, w) paper that a disc covers which rolls in from above and from the sides.
 
     Hair that leaves the page lets nothing in, and a head is no paper whatever its lines.
@@ -320,14 +347,14 @@ def _outside(ink: NDArray, share: NDArray, head: NDArray) -> NDArray[np.bool_]:
     return ndimage.distance_transform_edt(~found) <= disc
 
 
-def _spread(odds: NDArray, ink: NDArray) -> NDArray[np.bool_]:
+def spread(odds: NDArray, ink: NDArray) -> NDArray[np.bool_]:
     """(h, w) which cells are more likely than not, when neighbours between which no ink begins or
     ends go together.
 
     The minimum of Σ c (x - q)² + Σ w (x - x')², q the cells' own chances, c how sure they are, w
     the ties of neighbours, by conjugate gradients.
     """
-    own = _chance(odds).astype(np.float32)
+    own = chance(odds).astype(np.float32)
     sure = UNSURE + (2 * own - 1) ** 2
     soft = ndimage.gaussian_filter(ink, 0.6)
     ties = [STRENGTH * np.exp(-STOPS * np.abs(np.diff(soft, axis=axis))) for axis in (0, 1)]
@@ -383,7 +410,7 @@ def _pieces(found: NDArray, share: NDArray, near: NDArray, least: float) -> NDAr
     return whole
 
 
-def _contour(region: NDArray, box: Box) -> NDArray[np.float64]:
+def contour(region: NDArray, box: Box) -> NDArray[np.float64]:
     """(k, 2) pixels around the largest piece of a region, closed."""
     if not region.any():
         return np.zeros((0, 2))

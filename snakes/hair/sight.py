@@ -25,8 +25,9 @@ FINER = (2, 4)
 """Places of a surface between two columns, and between two rows, that its outline is made of."""
 KNOT = (11, 0.025)
 """Rays side by side that a knot of hair is narrower than, and metres by which it juts out."""
-EAR, BEHIND_EAR, OFF = (0.1, -0.2), np.radians(88), 0.012
-"""Heights of the middle of an ear, its azimuth, and metres that it stands off."""
+EAR, BEHIND_EAR, OFF = (0.1, -0.2), np.radians(88), (0.012, 0.0, -0.01)
+"""Heights of the middle of an ear, its azimuth, and metres that it stands off; drawn heads are
+narrower."""
 CHIN, TAIL = 0.13, 0.062
 """Metres from the head's middle down to the mouth, and the width of a wide tail."""
 RIM = (np.radians(62), np.radians(125))
@@ -34,6 +35,9 @@ RIM = (np.radians(62), np.radians(125))
 CHEEKS, BACK = np.radians(58), 0.15
 """Radians from the front to which the cheeks reach, and what it counts for hair in front of there
 that it is seen beside the head."""
+LINE, TEMPLE = 1.5, 0.5
+"""Cells that a drawn hairline at the head's outline may be wide, and the height below which it is
+at the temples."""
 BESIDE = 0.055
 """Metres beside the head's axis where what hangs is no beard and no collar."""
 
@@ -149,6 +153,12 @@ class Sight:
         step = np.abs(np.gradient(self.head.metres(heights))) / 0.005
         weight = np.clip((slope - facing) / 0.3, 0, 1) * inside * np.minimum(step, 1)
         hair = self.page.hair[v, u]
+        if not falls:  # lines at the temples are as wide as much of what lies beside them
+            aside = np.rint(LINE * np.sin(ANGLES - self.azimuth))[:, None].astype(int)
+            right = np.array([-self.up[1], self.up[0]])
+            u, v = (np.clip(k - np.rint(aside * r).astype(int), 0, n - 1)
+                    for k, r, n in ((u, right[0], width), (v, right[1], height)))  # fmt: skip
+            hair = np.where(heights < TEMPLE, hair & self.page.hair[v, u], hair)
         # What is seen beside the cheeks may as well hang farther back.
         front = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi) < CHEEKS
         beside = hair & ~self.page.head[v, u] & front[:, None] & (heights < WIDEST)
@@ -256,12 +266,12 @@ class Sight:
 
     def _over_ear(self, side: int) -> bool:
         """Whether hair is drawn where the ear is at a side, or where it is behind the cheek."""
-        heights = np.linspace(*EAR, 8)
-        ring = self.surface(heights, False, np.full(len(ANGLES), OFF))
-        at = np.round(self.cells(ring[np.abs(ANGLES - side * BEHIND_EAR % (2 * np.pi)).argmin()]))
-        height, width = self.page.hair.shape
-        u, v = np.clip(at.astype(int), 0, (width - 1, height - 1)).T
-        return bool(self.page.hair[v, u].mean() > 0.5)
+        heights, height, width = np.linspace(*EAR, 8), *self.page.hair.shape
+        ear = np.abs(ANGLES - side * BEHIND_EAR % (2 * np.pi)).argmin()
+        rings = [self.surface(heights, False, np.full(len(ANGLES), off))[ear] for off in OFF]
+        at = np.round(self.cells(np.array(rings))).astype(int)
+        u, v = np.moveaxis(np.clip(at, 0, (width - 1, height - 1)), -1, 0)
+        return bool(self.page.hair[v, u].any(axis=0).mean() > 0.5)
 
     @property
     def _upright(self) -> float:

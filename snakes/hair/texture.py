@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of"]
+__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of", "waves_in"]
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")
 
@@ -24,11 +24,18 @@ EMPTY = 0.07
 """Mean ink of an inside in which there is nothing but a few lines."""
 AIMLESS = 0.56
 """Mean coherence below which strokes run every way."""
+BENT, STROKE, SHARPEST = 8.0, 0.014, 60.0
+"""Mean curvature, one over heads, from which on strokes that run every way are curls and no
+hatching in several directions, heads around a place in which a stroke has its own direction, and
+the most that counts."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
-REACH = 0.14
-"""Heads to either side of a parting that say whether it is one."""
-PARTED, LOPSIDED = 0.42, 0.2
+SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
+"""Heads within which waves go to and fro, and the radians by which strokes do so, root mean
+square, in the most uneven straight hair and in waves."""
+REACH = {"lies": 0.14, "falls": 0.30}
+"""Heads to either side of a parting that say whether it is one, of lying and of falling hair."""
+PARTED, LOPSIDED = {"lies": 0.42, "falls": 0.2}, 0.2
 """How much strokes beside a parting lean away from it at least, 1 for half a right angle and 0 for
 upright, and the least share of them on each side."""
 
@@ -102,19 +109,57 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
             return "stubble"
     weight = strokes.coherence * (ndimage.gaussian_filter(ink.astype(float), 1.5) > 0.04)
     drawn = inside & (weight > 0)
-    if drawn.any() and strokes.coherence[drawn].mean() < AIMLESS:
+    aimless = drawn.any() and strokes.coherence[drawn].mean() < AIMLESS
+    if aimless and _bend(ink, inside, rows) > BENT:
         return "curls"
     return "outline" if ink[inside].mean() < EMPTY else "strands"
 
 
+def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
+    """How sharply strokes bend in a part (h, w) bool, one over heads: how fast their direction
+    turns along them, the mean by how much ink says it."""
+    part = ndimage.find_objects(inside.astype(np.uint8))[0]
+    soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
+    v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
+    down, across, right = (
+        ndimage.gaussian_filter(a * b, STROKE * rows, mode="constant")
+        for a, b in ((v, v), (v, u), (u, u))
+    )
+    total = down + right
+    twice = np.arctan2(2 * across, right - down)
+    cos, sin = np.cos(twice), np.sin(twice)
+    turn = [0.5 * (cos * np.gradient(sin, axis=k) - sin * np.gradient(cos, axis=k)) for k in (0, 1)]
+    # Strokes run across the direction in which ink changes most.
+    along = np.abs(turn[0] * np.cos(twice / 2) - turn[1] * np.sin(twice / 2)) * rows
+    agreed = (np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)) ** 2
+    weight = np.where(inside[part] & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
+    return float((weight * np.minimum(along, SHARPEST)).sum() / max(weight.sum(), 1e-9))
+
+
+def waves_in(strokes: Strokes, region: NDArray, rows: int) -> float:
+    """How wavy strokes are, 0 to 1: by how much they turn to and fro from the way that they run all
+    around."""
+    weight = strokes.coherence * region
+    if not weight.any():
+        return 0.0
+    x, y = strokes.along[..., 0], strokes.along[..., 1]
+    cos, sin = x * x - y * y, 2 * x * y
+    mean_cos, mean_sin = (ndimage.gaussian_filter(of * weight, SWAY * rows) for of in (cos, sin))
+    off = 0.5 * np.arctan2(sin * mean_cos - cos * mean_sin, cos * mean_cos + sin * mean_sin)
+    sway = float(np.sqrt((weight * off**2).sum() / weight.sum()))
+    return float(np.clip((sway - STRAIGHT) / (WAVY - STRAIGHT), 0, 1))
+
+
 def parting(
-    strokes: Strokes, region: NDArray, face: NDArray, rows: int
+    strokes: Strokes, region: NDArray, face: NDArray, rows: int, falls: bool = False
 ) -> NDArray[np.float64] | None:
     """(2,) column and row where a parting meets the forehead, None where none is drawn.
 
-    Beside a parting strokes run down and away from it; combed back they run up and away.
-    face : (h, w) bool
+    Beside a parting strokes run down and away from it; combed back they run up and away. Short hair
+    does so around the crown as well: there only what is near to the parting says that it is one.
+    face : (h, w) bool;  falls : whether hair falls beside the face
     """
+    kind = "falls" if falls else "lies"
     columns = np.flatnonzero(face.any(axis=0))
     if not len(columns) or not region.any():
         return None
@@ -125,13 +170,14 @@ def parting(
     sum_ = np.concatenate([[0.0], np.cumsum((lean * above).sum(axis=0))])
     much = np.concatenate([[0.0], np.cumsum((strokes.coherence * above).sum(axis=0))])
     k, last = np.arange(columns[0], columns[-1] + 1), region.shape[1]
-    low, high = np.maximum(k - int(REACH * rows), 0), np.minimum(k + int(REACH * rows), last)
+    reach = int(REACH[kind] * rows)
+    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, last)
     right, left = sum_[high] - sum_[k], sum_[k] - sum_[low]
     both = np.minimum(much[high] - much[k], much[k] - much[low])
     surplus = (right - left) / np.maximum(much[high] - much[low], 1e-9)
     surplus = np.where(both > LOPSIDED * (much[high] - much[low]), surplus, -1.0)
     best = int(surplus.argmax())
-    if surplus[best] < PARTED or (right[best] < 0) or (left[best] > 0):
+    if surplus[best] < PARTED[kind] or (right[best] < 0) or (left[best] > 0):
         return None
     column = int(k[best])
     hair = np.flatnonzero(region[:brow, column])

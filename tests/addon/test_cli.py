@@ -130,6 +130,8 @@ def test_a_bad_sketch_leaves_older_files_alone(refused, folder, kind):
         (["--gap-closing", "two"], "--gap-closing: invalid int value: 'two'"),
         (["--gap-closing", "0"], "Gap closing (gap_closing) lies between 1 and 20 px"),
         (["--snake-type", "lazy"], "invalid choice: 'lazy'"),
+        (["--hair", "curves"], "'smiling_woman.glb' cannot hold hair curves: write a .blend"),
+        (["--hair", "wig"], "--hair: invalid choice: 'wig'"),
         (["--align", "1,2,3"], "left,top,right,bottom"),
         (["--align", "200,0,100,300"], "is empty"),
         (["--unmatched", "carve"], "--unmatched: invalid choice: 'carve'"),
@@ -304,6 +306,7 @@ def test_generate_hands_its_options_on(folder, monkeypatch):
     assert taken == {
         "seed": 0, "engine": "contours", "scheme": "people", "jobs": 1,
         "resume": True, "strokes": True, "meshes": True, "dask": "tcp://host:8786",
+        "hair": 0.75,
     }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""How well beards are read from drawings in which they are known, and how often bare chins get one.
+"""How well beards are read from drawings that are known, and how often a bare chin gets one.
 
     python -m tests.benchmarks.bench_beard [--men 60] [--others 200] [--seed 71]
 

@@ -1,10 +1,11 @@
 """How well fits match faces whose shape is known, and how long they take.
 
-    python -m tests.benchmarks.bench_fit [--faces 100] [--seed 70001] [--markdown]
+    python -m tests.benchmarks.bench_fit [--faces 100] [--seed 70001] [--strangers] [--markdown]
 
 Drawings of people and expressions that nobody trained on, in all ways, looks and papers; the true
 mesh is known. Four faces are measured against it: the template, turned and laid over the drawing by
-its landmarks; the template with the detected expression; that after the thesis' snakes; ours.
+its landmarks; the template with the detected expression; that after the thesis' snakes; ours. With
+--strangers the people have features, ways of doing things and creases beyond what was trained on.
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ from addon.drawing import Drawing  # noqa: E402
 from facs_rig import FaceParameters, load_rig  # noqa: E402
 from facs_rig.common.errors import InputError  # noqa: E402
 from snakes import align  # noqa: E402
-from tests.benchmarks.truth import known_face, off, turned_over  # noqa: E402
+from tests.benchmarks.truth import known_face, off, stranger, turned_over  # noqa: E402
 
 SEED = 70_001
 WAYS = ("template", "expression", "thesis", "ours")
 
 
-def measure(seed: int, index: int) -> dict[str, list[float]] | None:
+def measure(seed: int, index: int, strangers: bool = False) -> dict[str, list[float]] | None:
     """way -> lines, outline, vertices, depth, triangles turned over, seconds; None if refused."""
-    rig, truth = load_rig(), known_face(seed, index)
+    who = stranger(seed, index) if strangers else None
+    rig, truth = load_rig(), known_face(seed, index, identity=who)
     drawing = Drawing.of(truth.drawing)
     try:
         fits = {
@@ -60,9 +62,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--faces", type=int, default=100)
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument(
+        "--strangers", action="store_true", help="people beyond what was trained on"
+    )
     parser.add_argument("--markdown", action="store_true", help="print a table for docs/fit.md")
     options = parser.parse_args()
-    measured = [measure(options.seed, index) for index in range(options.faces)]
+    measured = [measure(options.seed, index, options.strangers) for index in range(options.faces)]
     faces = [m for m in measured if m]
     table = np.array([[m[way] for way in WAYS] for m in faces])
     base = table[:, :1]

@@ -4,7 +4,8 @@
 
 People with the presets' cuts, two in three of them varied, in any view up to 40 degrees. The hair's
 region is given, what is measured is the cut alone: the overlap of true and refitted hair
-(intersection over union) in the same view, and from the side that the view did not show.
+(intersection over union) in the same view, and from the side that the view did not show; and what
+must not be: skin that is seen through hair, and hair over eyes or mouth where none was drawn.
 """
 
 from __future__ import annotations
@@ -21,19 +22,24 @@ from time import perf_counter  # noqa: E402
 
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
+from PIL import Image, ImageDraw  # noqa: E402
+from scipy.spatial import ConvexHull  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from facs_rig import Camera, FaceParameters, load_rig, rasterise  # noqa: E402
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise  # noqa: E402
 from facs_rig.common.box import Box  # noqa: E402
 from facs_rig.hair.cut import ANGLES, Cut  # noqa: E402
+from facs_rig.hair.head import WIDEST, head_of  # noqa: E402
 from facs_rig.hair.mesh import HairMesh, hair_mesh  # noqa: E402
 from facs_rig.hair.presets import PRESETS, preset  # noqa: E402
+from facs_rig.hair.shell import edge_heights  # noqa: E402
 from snakes.hair.cut_fit import fit_cut  # noqa: E402
 from snakes.hair.region import PageHair  # noqa: E402
 from snakes.hair.texture import Strokes  # noqa: E402
 
 WIDTH, HEIGHT = 220, 260
+MARGIN = 0.06  # height above the edge of hair from which on it covers the skin
 
 
 def varied(cut: Cut, rng: np.random.Generator) -> Cut:
@@ -55,8 +61,42 @@ def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 
-def measure(name: str, vary: bool, rng: np.random.Generator) -> tuple[float, float, float]:
-    """Overlap in the same view, from the other side, and seconds of `fit_cut`."""
+def scalp_seen(
+    cut: Cut, who: dict[str, float], hair: HairMesh, face: NDArray, camera: Camera
+) -> int:
+    """Pixels that show the scalp (above the brows, behind the forehead) well above the edge of the
+    hair that covers it."""
+    rig = load_rig()
+    head, rest = head_of(rig, who), rig.neutral(who)
+    azimuth = np.arctan2(rest[:, 0] - head.eyes[0], rest[:, 2] - head.middle[2])
+    above = head.height(rest[:, 1] - head.eyes[1]) - edge_heights(cut, azimuth % (2 * np.pi))
+    scalp = (rest[:, 2] < head.eyes[2] - 0.04) & (rest[:, 1] > head.eyes[1] + WIDEST * head.above)
+    covered = (above > MARGIN) & scalp & rig.parts["skin"]
+    every = np.concatenate([rig.triangles, hair.triangles + len(face)])
+    shows = rasterise(np.concatenate([face, hair.on(face)]), every, camera).triangle
+    skin = shows[(shows >= 0) & (shows < len(rig.triangles))]
+    return int(covered[rig.triangles[skin]].all(axis=1).sum())
+
+
+def over_the_face(more: NDArray[np.bool_], face: NDArray, camera: Camera) -> float:
+    """Share of eyes and mouth that hair covers: more, (h, w), where none is drawn."""
+    rig = load_rig()
+    marks = camera.project(face[rig.landmarks])
+    shares = []
+    for begins in (("eye_", "_left"), ("eye_", "_right"), ("lip_", ""), ("mouth_", "")):
+        of = [k for k, name in enumerate(LANDMARKS)
+              if name.startswith(begins[0]) and name.endswith(begins[1])]  # fmt: skip
+        page = Image.new("1", (camera.width, camera.height))
+        hull = marks[of][ConvexHull(marks[of]).vertices] if len(of) > 2 else marks[of]
+        ImageDraw.Draw(page).polygon((hull - 0.5).ravel().tolist(), fill=1)
+        place = np.asarray(page)
+        shares.append((place & more).sum() / max(place.sum(), 1))
+    return float(max(shares))
+
+
+def measure(name: str, vary: bool, rng: np.random.Generator) -> tuple[float, ...]:
+    """Overlap in the same view, from the other side, seconds of `fit_cut`, pixels of scalp that are
+    seen through the hair from both, and the share of eyes or mouth that is covered unduly."""
     rig = load_rig()
     cut = varied(preset(name), rng) if vary else preset(name)
     who = {"gender": float(rng.integers(2)), "age": float(rng.uniform(0.1, 0.8))}
@@ -75,14 +115,17 @@ def measure(name: str, vary: bool, rng: np.random.Generator) -> tuple[float, flo
     found = fit_cut(page, rig, person, face, camera)
     seconds = perf_counter() - start
     if found is None:
-        return 0.0, 0.0, seconds
+        return 0.0, 0.0, seconds, 0, 0.0
     ours = hair_mesh(rig, who, found, "surface")
     side = rig.pose(replace(person, head=(np.pi / 2 if yaw < 0 else -np.pi / 2, 0.0, 0.0)))
     beside = Camera.framing(np.concatenate([side, hair.on(side)]), WIDTH, HEIGHT, 0.03)
+    again = shown(ours, face, camera)
     return (
-        overlap(region, shown(ours, face, camera)),
+        overlap(region, again),
         overlap(shown(hair, side, beside), shown(ours, side, beside)),
         seconds,
+        scalp_seen(found, who, ours, face, camera) + scalp_seen(found, who, ours, side, beside),
+        over_the_face(again & ~region, face, camera),
     )
 
 
@@ -92,19 +135,24 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     rng, names = np.random.default_rng(options.seed), list(PRESETS)
-    found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
+    found: dict[str, list[tuple[float, ...]]] = {name: [] for name in names}
     for k in range(options.heads):
         name = names[k % len(names)]
         found[name].append(measure(name, bool(k // len(names) % 3), rng))
     for name, rows in found.items():
         if rows:
-            same, side, _ = np.mean(rows, axis=0)
+            same, side, *_ = np.mean(rows, axis=0)
             print(f"{name:14} same view {same:.3f}  other side {side:.3f}")
     table = np.array([row for rows in found.values() for row in rows])
-    (same, side, _), (least, worst, _) = table.mean(axis=0), table.min(axis=0)
+    (same, side, *_), (least, worst, *_) = table.mean(axis=0), table.min(axis=0)
     print(
         f"{len(table)} heads: same view {same:.3f} (lowest {least:.2f}), other side {side:.3f}"
         f" (lowest {worst:.2f}), {1e3 * np.median(table[:, 2]):.0f} ms"
+    )
+    print(
+        f"scalp seen through hair: {table[:, 3].sum():.0f} pixels, {(table[:, 3] > 0).sum()} heads;"
+        f" hair over an eye or the mouth where none is drawn: {(table[:, 4] > 0.02).sum()} heads,"
+        f" at most {100 * table[:, 4].max():.0f}% of it"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -12,11 +13,15 @@ from scipy.spatial import cKDTree
 
 from dataset_gen.generate import make_sample
 from dataset_gen.linework.paper import through
-from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, load_rig, rasterise
+from dataset_gen.population import FEATURE
+from dataset_gen.sampling import sample_identity
+from facs_rig import LANDMARKS, Camera, FaceParameters, FaceRig, actions, folds, load_rig, rasterise
+from facs_rig.identity import FEATURES
 from snakes import face_lines
 
 SIZE = 400  # pixels of a drawing
 HEAD = 0.24  # metres, chin to crown
+BEYOND = 2.0  # times as much as people differ that were trained on
 FAR = 0.15  # of the head, at which every distance between lines is cut
 
 
@@ -35,14 +40,33 @@ class Known:
         return through(self.page, self.camera.project(points))
 
 
-def known_face(seed: int, index: int, size: int = SIZE, scheme: str = "sparse") -> Known:
-    """Sample `index` of a data set with this seed."""
-    drawing, record = make_sample(seed, index, size=size, scheme=scheme)
+def known_face(
+    seed: int,
+    index: int,
+    size: int = SIZE,
+    scheme: str = "sparse",
+    identity: Mapping[str, float] | None = None,
+) -> Known:
+    """Sample `index` of a data set with this seed; identity : whose face it is, else by lot."""
+    drawing, record = make_sample(seed, index, size=size, scheme=scheme, identity=identity)
     about = record["camera"]
     distance = math.inf if about["distance"] is None else about["distance"]
     camera = Camera(size, size, tuple(about["scale"]), tuple(about["centre"]), distance)
     posed = load_rig().pose(FaceParameters.from_json(record))
     return Known(drawing, posed, camera, np.array(record["page"]), record["style"])
+
+
+def stranger(seed: int, index: int) -> dict[str, float]:
+    """Somebody beyond what was trained on: features that vary twice as much, into the range of
+    stylised people where there is one, actions done far from the mean, creases of any kind."""
+    rng = np.random.default_rng([seed, index, 7])
+    who = sample_identity(rng)
+    for feature in FEATURES:
+        who[feature.name] = float(np.clip(rng.normal(0, BEYOND * FEATURE), *feature.span))
+    for name in actions.TABLE:
+        who[name] = float(rng.choice((-1, 1)) * rng.uniform(0.7, 1))
+    who |= {name: float(rng.uniform(-1, 1)) for name in folds.PARAMETERS if name != folds.SEED}
+    return {**who, folds.SEED: float(rng.integers(1, folds.SEEDS + 1))}
 
 
 @dataclass(frozen=True)

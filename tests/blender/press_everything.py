@@ -212,6 +212,11 @@ def corrections() -> None:
     face = press("sketch_to_face.fit")
     press("sketch_to_face.hair", kind="surface")
     press("sketch_to_face.beard", kind="GOATEE")
+    curves = "curves" if bpy.app.version >= (4, 2) else "locks"
+    press("sketch_to_face.hair", kind=curves)
+    press("sketch_to_face.hair_preset", preset="bob")
+    face.sketch_to_face.hair_length, face.sketch_to_face.hair_volume = 1.4, 0.8
+    press("sketch_to_face.hair_preset", preset="drawn")
     press("sketch_to_face.decide", name="smile", decision="REJECT")
     press("sketch_to_face.evidence")
     overlay = sys.modules[MODULE + ".viewport.overlay"]

@@ -23,6 +23,7 @@ from facs_rig.blender.hair import (  # noqa: E402
     hair_of,
     kind_of,
     remove_hair,
+    style_of,
 )
 from facs_rig.blender.pose import identity_of, pose_of, set_pose  # noqa: E402
 from facs_rig.blender.reshape import reshape  # noqa: E402
@@ -32,6 +33,7 @@ from facs_rig.hair.cut import from_json, to_json  # noqa: E402
 from facs_rig.hair.follow import bind  # noqa: E402
 from facs_rig.hair.mesh import KINDS, hair_mesh  # noqa: E402
 from facs_rig.hair.presets import PRESETS, preset  # noqa: E402
+from facs_rig.hair.style import Style  # noqa: E402
 
 from .test_iterate import OTHER, again  # noqa: E402
 from .test_shell import error_of, everything, press  # noqa: E402
@@ -449,11 +451,149 @@ def test_the_panel_shows_colour_and_buttons(face):
         Result.draw(SimpleNamespace(layout=layout), bpy.context)
         return str(layout.noted)
 
-    assert "hair_colour" in drawn() and drawn().count("sketch_to_face.hair'") == 3
+    shaping = ("hair_colour", "hair_length", "hair_volume")
+    assert all(name in drawn() for name in shaping)
+    assert drawn().count("sketch_to_face.hair'") == 4 and "Hair Presets" in drawn()
     remove_hair(face)
-    assert "hair_colour" not in drawn() and drawn().count("sketch_to_face.hair'") == 2
+    assert not any(name in drawn() for name in shaping)
+    assert drawn().count("sketch_to_face.hair'") == 3
     del face[CUT]
-    assert "sketch_to_face.hair'" not in drawn()
+    assert "sketch_to_face.hair'" not in drawn() and "Hair Presets" in drawn()
+
+
+def test_an_older_blender_has_no_button_for_curves(face, monkeypatch):
+    from addon.blender.panels import hair
+
+    monkeypatch.setattr(hair, "has_curves", lambda: False)
+    layout = Layout()
+    hair.draw_hair(layout, face)
+    assert str(layout.noted).count("sketch_to_face.hair'") == 3
+
+
+def test_a_face_without_a_sketch_has_a_panel_of_its_own(shell, rig):
+    from addon.blender.panels.hair import SKETCHTOFACE_PT_hair as Panel
+
+    assert not Panel.poll(bpy.context)
+    bpy.context.view_layer.objects.active = build_face("Somebody", rig, FaceParameters())
+    assert Panel.poll(bpy.context)
+    layout = Layout()
+    Panel.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert "Hair Presets" in str(layout.noted) and "hair_length" not in str(layout.noted)
+
+
+# --- length, volume, other hair -------------------------------------------------------------------
+
+
+def lowest(face) -> float:
+    return float(places(hair_of(face))[:, 2].min())
+
+
+def test_sliders_comb_the_hair(shell, plain, rig):
+    settings = plain.sketch_to_face
+    assert settings.hair_length == settings.hair_volume == 1.0
+    add_hair(plain, rig, preset("bob"))
+    drawn = places(hair_of(plain))
+    settings.hair_length = 1.5
+    assert lowest(plain) < drawn[:, 2].min() - 0.05
+    longer = hair_mesh(rig, identity_of(plain), preset("bob"), style=Style(length=1.5))
+    assert np.abs(places(hair_of(plain)) - to_blender(longer.points)).max() < 1e-6
+    assert to_json(cut_of(plain)) == to_json(preset("bob"))  # what was drawn is kept
+    settings.hair_volume = 1.4
+    assert np.ptp(places(hair_of(plain))[:, 0]) > np.ptp(drawn[:, 0]) + 0.003
+    settings.hair_length = settings.hair_volume = 1.0
+    assert np.abs(places(hair_of(plain)) - drawn).max() < 1e-6
+    settings.hair_length = 99.0
+    assert settings.hair_length == pytest.approx(2.0)
+    settings.hair_length = 0.0
+    assert settings.hair_length == pytest.approx(0.3)
+
+
+def test_the_person_keeps_length_and_volume(shell, plain, rig):
+    plain.sketch_to_face.hair_length, plain.sketch_to_face.hair_volume = 1.3, 0.7
+    reshape(plain, rig, THEN)
+    add_hair(plain, rig, cut_of(plain), "surface")
+    made = hair_mesh(rig, THEN, cut_of(plain), "surface", style=Style(1.3, 0.7))
+    assert np.abs(places(hair_of(plain)) - to_blender(made.points)).max() < SAME
+    remove_hair(plain)
+    plain.sketch_to_face.hair_length = 0.5  # what it gets again is as long
+    assert hair_of(plain) is None
+    add_hair(plain, rig, cut_of(plain), "surface")
+    assert plain.sketch_to_face.hair_length == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("forged", ["x", float("nan"), [1, 2], 1e9])
+def test_a_forged_length_is_none(plain, forged):
+    plain["facs_hair_length"] = forged
+    assert style_of(plain).length in (1.0, 2.0)
+
+
+def test_fitting_again_keeps_length_and_volume(face, rig):
+    from addon import pipeline
+
+    fit = pipeline.fit(bpy.path.abspath(face.sketch_to_face.sketch))
+    face.sketch_to_face.hair_length, face.sketch_to_face.hair_volume = 1.4, 1.2
+    assert again() == {"FINISHED"}
+    assert face.sketch_to_face.hair_length == pytest.approx(1.4)
+    style = Style(*(getattr(face.sketch_to_face, f"hair_{name}") for name in ("length", "volume")))
+    who = identity_of(face)
+    made = hair_mesh(rig, who, fit.cut, style=style).lying_on(rig.neutral(who) + fit.offsets)
+    assert np.abs(places(hair_of(face)) - to_blender(made.points)).max() < SAME
+
+
+def test_undo_of_a_slider(face):
+    name, before = face.name, places(hair_of(face))
+    face.sketch_to_face.hair_length = 1.5
+    bpy.ops.ed.undo_push(message="Hair Length")
+    bpy.ops.ed.undo()
+    face = bpy.data.objects[name]
+    assert np.array_equal(places(hair_of(face)), before)
+    assert face.sketch_to_face.hair_length == 1.0
+    bpy.ops.ed.redo()
+    assert bpy.data.objects[name].sketch_to_face.hair_length == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_any_face_gets_hair_of_the_presets(shell, rig, name):
+    face = build_face("Somebody", rig, FaceParameters(identity=WHO))
+    bpy.context.view_layer.objects.active = face
+    assert not bpy.ops.sketch_to_face.hair.poll()
+    assert bpy.ops.sketch_to_face.hair_preset(preset=name) == {"FINISHED"}
+    assert to_json(cut_of(face)) == to_json(preset(name)) and kind_of(face) == "locks"
+    assert bpy.ops.sketch_to_face.hair(kind="none") == {"FINISHED"}
+    assert bpy.ops.sketch_to_face.hair(kind="surface") == {"FINISHED"}
+
+
+def test_presets_swap_hair_and_what_was_drawn_comes_back(face):
+    def swap(name):
+        return bpy.ops.sketch_to_face.hair_preset("EXEC_DEFAULT", True, preset=name)
+
+    name, drawn, before = face.name, to_json(cut_of(face)), places(hair_of(face))
+    bpy.ops.sketch_to_face.hair(kind="surface")
+    hair = hair_of(face)
+    assert swap("afro") == {"FINISHED"} and swap("bun") == {"FINISHED"}
+    assert hair_of(face) == hair and kind_of(face) == "surface"
+    bpy.ops.ed.undo()
+    assert to_json(cut_of(bpy.data.objects[name])) == to_json(preset("afro"))
+    assert swap("drawn") == {"FINISHED"}
+    face = bpy.data.objects[name]
+    assert to_json(cut_of(face)) == drawn
+    bpy.ops.sketch_to_face.hair(kind="locks")
+    assert np.abs(places(hair_of(face)) - before).max() < 1e-6
+    assert swap("afro") == {"FINISHED"}
+    assert again() == {"FINISHED"}  # fits the drawn hair, too
+    assert to_json(cut_of(face)) == drawn
+
+
+def test_what_was_never_drawn_is_said_so(shell, rig):
+    bpy.context.view_layer.objects.active = build_face("Somebody", rig, FaceParameters())
+    said = error_of(lambda: bpy.ops.sketch_to_face.hair_preset(preset="drawn"))
+    assert said == "No hair was found in the drawing of this face"
+
+
+def test_the_menu_has_every_preset():
+    from addon.blender.operators.hair import PRESETS as MENU
+
+    assert {name for name, *_ in MENU} == set(PRESETS)
 
 
 def test_a_face_whose_hair_was_deleted_goes_on(face, rig):

@@ -74,7 +74,8 @@ def painted(outlines, size=SIZE):
 
 def assert_alike(found, mask):
     """Two areas differ by pixels at their edges alone, but for specks."""
-    assert (found & mask).sum() / (found | mask).sum() > 0.88
+    least = 0.88 if mask.sum() > 2000 else 0.8  # a rim of hair is all edge
+    assert (found & mask).sum() / (found | mask).sum() > least
     for one, other in ((found, mask), (mask, found)):
         assert (one & ~binary_dilation(other, iterations=2)).sum() < 0.02 * one.sum() + 8
 

@@ -1,11 +1,16 @@
 """The rims of a mouth that is drawn as a black shape."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from facs_rig.coarse import coarse_rig
 from snakes.lines import Lines
-from snakes.mouth import with_rims
-from snakes.shape import Observations
+from snakes.mouth import RIMS as RIM_PAIRS
+from snakes.mouth import held_rims, rims_of, with_rims
+from snakes.shape import Observations, fit_shape
 
 RIMS = {"lip_inner_upper_{}": -5.0, "lip_inner_lower_{}": 5.0}
 BORDERS = {"lip_peak_{}": -15.0, "lip_lower_inner_{}": 15.0}
@@ -88,3 +93,64 @@ def test_a_mouth_that_was_not_found_says_nothing():
     marks = {n: p for n, p in mouth().landmarks.items() if n != "lip_inner_top"}
     seen = Observations(marks, {})
     assert with_rims(seen, ellipse(15.0)) is seen
+
+
+NOTHING = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
+
+
+def seen(aus, camera, gap=None):
+    """Observations of the default face that does something."""
+    rig = load_rig()
+    spots = camera.project(rig.pose(FaceParameters(aus))[rig.landmarks]).tolist()
+    marks = {name: (u, v) for name, (u, v) in zip(LANDMARKS, spots, strict=True)}
+    return Observations(marks, dict.fromkeys(marks, 3.0), gap=gap)
+
+
+def apart(rig, face, camera):
+    """Pixels from rim to rim."""
+    spots = camera.project(rig.pose(face)[rig.landmarks])
+    return [spots[LANDMARKS.index(b), 1] - spots[LANDMARKS.index(a), 1] for a, b in RIM_PAIRS]
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return Camera.framing(load_rig().neutral(), 400, 400)
+
+
+def test_a_mouth_that_is_drawn_open_opens_though_no_action_was_detected(camera):
+    rig = coarse_rig(load_rig())
+    drawn = {"smile": 4.0, "lower_lip_depress": 3.0, "jaw_open": 1.0}
+    begin = FaceParameters({"smile": 4.0})
+    there = np.mean(apart(rig, FaceParameters(drawn), camera))
+    errors = {}
+    for gap in (None, 0.01):
+        observed = seen(drawn, camera, gap)
+        found, laid = fit_shape(NOTHING, rig, begin, camera, observed)
+        assert (set(found.aus) == {"smile"}) == (gap is None)
+        errors[gap] = abs(np.mean(apart(rig, found, laid)) - there)
+    assert errors[0.01] < 0.3 * errors[None]
+
+
+def test_what_the_artist_has_decided_stays_shut(camera):
+    rig = coarse_rig(load_rig())
+    observed = replace(seen({"jaw_open": 4.0}, camera, 0.01), decided=frozenset({"jaw_open"}))
+    found, _ = fit_shape(NOTHING, rig, FaceParameters(), camera, observed)
+    assert not found.aus.get("jaw_open")
+
+
+def test_rims_are_held_as_far_apart_as_they_were_seen(camera):
+    rig = load_rig()
+    shut = rig.pose(FaceParameters())
+    observed = seen({"jaw_open": 2.0}, camera, 0.01)
+    held = held_rims(rig, shut, camera, observed)
+    assert len(held.index) == 6
+    upper, lower = held.moves.reshape(2, 3)
+    assert upper == pytest.approx(-lower) and (lower > 0).all()
+    wide = np.array(apart(rig, FaceParameters({"jaw_open": 2.0}), camera))
+    assert lower - upper == pytest.approx(wide - apart(rig, FaceParameters(), camera), abs=0.01)
+    assert not len(held_rims(rig, shut, camera, replace(observed, gap=None)).index)
+
+
+def test_rims_that_are_not_all_known_are_none():
+    names = [name for pair in RIM_PAIRS for name in pair]
+    assert rims_of(names, np.zeros((6, 2)))[0].shape == (2, 0)

@@ -10,9 +10,8 @@ import time
 
 import bpy
 
-from facs_rig.blender.beard import beard_of
-from facs_rig.blender.hair import hair_of
 from facs_rig.blender.pose import check_face, is_face
+from facs_rig.blender.worn import worn_by
 from facs_rig.common.errors import InputError
 
 from ..messages import reporting, translation
@@ -60,8 +59,7 @@ def changed(face: bpy.types.Object) -> bool:
     tried, why = session.refused.get(face.name, ("", ""))
     if tried == mark:
         session.troubles[face.name] = why
-    worn = (hair_of(face), beard_of(face))
-    modes = {thing.mode for thing in (face, *worn) if thing is not None}
+    modes = {thing.mode for thing in (face, *worn_by(face))}
     return tried != mark and modes == {"OBJECT"}  # in another, keys and vertices stay unwritten
 
 

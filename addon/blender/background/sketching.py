@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 
 from facs_rig import FaceParameters
 from facs_rig.blender.beard import KEPT, add_beard, check_beard, grow, remove_beard
-from facs_rig.blender.hair import CUT, remove_hair, wear
+from facs_rig.blender.hair import CUT, DRAWN, LENGTH, VOLUME, fitting, remove_hair, style_of, wear
+from facs_rig.blender.hair_curves import check_curves
 from facs_rig.blender.hair_follows import check_hair
+from facs_rig.blender.hat import put_on as put_on_hat
+from facs_rig.blender.hat import take_off
 from facs_rig.blender.keys import GAZE
 from facs_rig.blender.pose import DETAIL, armature_of, identity_of, pose_of, refresh, set_pose
 from facs_rig.fitted_keys import FittedKey
+from facs_rig.hair.mesh import hair_mesh
 from facs_rig.levels import FULL
 
 from ..messages import translation
@@ -27,7 +31,6 @@ from .tasks import BackgroundTask, Progress, Steps, Tick, in_background, within
 if TYPE_CHECKING:
     from addon.pipeline import FaceFit
 
-UNREAD = ("wrinkles",)  # of a person, what no drawing is asked for
 ASKED = 0.005  # seconds that Blender waits for a thread at a time
 WARM, READ = 0.1, 0.7  # shares of the whole at which these steps end
 
@@ -78,6 +81,8 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
     """
     source = sources.source_of(holder)
     values = properties.fit_values(context, face)
+    if values["hair"] == "curves":
+        check_curves()
     places = memory.places(face) if face else {}
     threads = preferences.of(context).threads
 
@@ -91,12 +96,8 @@ def reading(context, holder, face=None, shape=None) -> Callable[[Progress], Foun
             options = pipeline.FitOptions(**values, pins=pins)
             tell = shape.tell if shape else None
             fit = pipeline.fit(drawing, options, progress, detector(threads), tell)
-            _ = (
-                fit.contour_error_px,
-                fit.unmatched,
-                fit.hair,
-                fit.beard,
-            )  # here, where nobody waits for them
+            # Here, where nobody waits for them.
+            _ = fit.contour_error_px, fit.unmatched, fit.hair, fit.hat_mesh, fit.beard
             drawn = [fit.drawing.to_input(line) for line in polylines(fit.drawn)]
             looked = [
                 how != "ignore" and options.method != "thesis"
@@ -197,22 +198,33 @@ def new_face(context, holder) -> Steps:
 def remove(face: bpy.types.Object) -> None:
     """Take a face that was just built away again, with all that it alone uses."""
     remove_hair(face)
+    take_off(face)
     remove_beard(face)
     armature, mesh = face.parent, face.data
     bpy.data.batch_remove([face, armature, mesh, armature.data])
 
 
 def put_hair(face: bpy.types.Object, found: Found) -> None:
-    """Give a face the hair that was found; what it has stays where none was looked for, and where
-    no bones carry any."""
+    """Give a face the hair and the hat that were found; what it has stays where none was looked
+    for, and where no bones carry any."""
     if not found.hair or armature_of(face) is None:
         return
-    hair, who = found.fit.hair, identity_of(face)
+    rig, hair, style = found.fit.rig, found.fit.hair, style_of(face)
+    if found.fit.hat_mesh is not None:
+        who = identity_of(face)
+        hat = found.fit.hat_mesh.lying_on(rig.neutral(who) + found.fit.offsets)
+        put_on_hat(face, hat, who)
+    else:
+        take_off(face)
     if hair is not None:
-        wear(face, hair.lying_on(found.fit.rig.neutral(who) + found.fit.offsets), who)
+        if style != hair.style:
+            hair = hair_mesh(rig, identity_of(face), hair.cut, hair.kind, style=style)
+        wear(face, fitting(face, rig, hair), identity_of(face))
+        face.pop(DRAWN, None)
         return
     remove_hair(face)
-    face.pop(CUT, None)
+    for name in (CUT, DRAWN, LENGTH, VOLUME):
+        face.pop(name, None)
 
 
 def put_beard(face: bpy.types.Object, found: Found) -> None:
@@ -232,8 +244,8 @@ def put_beard(face: bpy.types.Object, found: Found) -> None:
 def again(context, face) -> Steps:
     """Steps that fit an existing face to its sketch once more; return Found.
 
-    Locked actions, pins, gaze, neck, depth of creases, place, keyframes and the colour that the
-    artist gave the hair stay.
+    Locked actions, pins, gaze, neck, place, keyframes and what the artist made of the hair (colour,
+    length, volume) stay.
     """
     work = reading(context, face.sketch_to_face, face)
     yield from in_background(warm_up, translation.text("getting ready"), 0.0, WARM)
@@ -253,9 +265,7 @@ def put_on(face, found: Found) -> Steps:
     if found.beard:
         check_beard(face)
     fit, before = found.fit, pose_of(face)
-    kept = {name: before.identity[name] for name in UNREAD if name in before.identity}
-    who = {**fit.parameters.identity, **kept}
-    reshape = reshape_steps(face, load_rig(), who, fit.offsets, fit.keys)
+    reshape = reshape_steps(face, load_rig(), fit.parameters.identity, fit.offsets, fit.keys)
     said = translation.text("shaping {name}", name=face.name)
     yield from within(reshape, said, READ, 1.0, 2)
     put_hair(face, found)
@@ -280,5 +290,7 @@ def sentence(face: bpy.types.Object, fit) -> tuple[str, str]:
         said += ". " + translation.text(
             "It is rather a painting or a photograph: a line drawing is read better"
         )
+    if fit.hat_left_out:
+        said += ". " + translation.text("A hat was seen of which none could be made")
     others = fit.detection.left_out()
     return ("WARNING", f"{said}. {others}") if others else ("INFO", said)

@@ -35,6 +35,7 @@ BUTTONS = {
     "Export": "Exportieren",
     "Export Face": "Gesicht exportieren",
     "Make Hair": "Haar machen",
+    "Hair Presets": "Haarvorgaben",
     "Make Beard": "Bart machen",
     # the expression
     "Copy": "Kopieren",
@@ -76,6 +77,19 @@ OWN = {
     "Hair": "Haar",
     "Locks": "Strähnen",
     "Surface": "Fläche",
+    "Curves": "Kurven",
+    "Crop": "Kurz",
+    "Side Parting": "Seitenscheitel",
+    "Bald Crown": "Glatze mit Kranz",
+    "Fringe": "Pony",
+    "Bob": "Bob",
+    "Long and Straight": "Lang und glatt",
+    "Long and Wavy": "Lang und wellig",
+    "Curls": "Locken",
+    "Afro": "Afro",
+    "Bun": "Dutt",
+    "Ponytail": "Pferdeschwanz",
+    "Braids": "Zöpfe",
     # which beard
     "Beard": "Bart",
     "Hairs": "Haare",
@@ -534,6 +548,27 @@ TOOLTIPS = {
     "Make the hair anew: one plain surface, to be sculpted": (
         "Das Haar neu machen: eine glatte Fläche, zum Formen"
     ),
+    "Make the hair anew: hair curves that grow on the face, to be groomed, over a thin surface": (
+        "Das Haar neu machen: Haarkurven, die auf dem Gesicht wachsen, zum Frisieren, über einer "
+        "dünnen Fläche"
+    ),
+    "Give this face other hair; its length, volume and the color that you gave it stay": (
+        "Diesem Gesicht anderes Haar geben; Länge, Fülle und eine selbst gewählte Farbe bleiben"
+    ),
+    "Which hair": "Welches Haar",
+    "Short all over": "Überall kurz",
+    "Short, parted at the side": "Kurz, an der Seite gescheitelt",
+    "Short around a bald crown": "Kurz um einen kahlen Oberkopf",
+    "To the chin, with a fringe": "Bis zum Kinn, mit Pony",
+    "To the chin, the forehead free": "Bis zum Kinn, die Stirn frei",
+    "Over the shoulders, parted in the middle": "Über die Schultern, in der Mitte gescheitelt",
+    "Over the shoulders, in waves": "Über die Schultern, in Wellen",
+    "To the chin, in curls": "Bis zum Kinn, in Locken",
+    "A round head of tight curls": "Ein runder Kopf aus engen Locken",
+    "Combed back into a bun on the crown": "Nach hinten in einen Dutt auf dem Oberkopf gekämmt",
+    "Combed back into a ponytail": "Nach hinten in einen Pferdeschwanz gekämmt",
+    "Parted in the middle, two braids": "In der Mitte gescheitelt, zwei Zöpfe",
+    "What the drawing of this face shows": "Was die Zeichnung dieses Gesichts zeigt",
     "Give this face a beard, make the one that it had anew, or take it away": (
         "Diesem Gesicht einen Bart geben, den neu machen, den es hatte, oder ihn entfernen"
     ),
@@ -667,6 +702,9 @@ OPTIONS = {
         "jedem Frame, statt so, wie es jetzt ist"
     ),
     "Saved {name}; left out: {lost}": "{name} gespeichert; nicht dabei: {lost}",
+    "Saved {name}; its hair curves are locks there, for only a .blend can hold curves": (
+        "{name} gespeichert; seine Haarkurven sind dort Strähnen, denn Kurven hält nur eine .blend"
+    ),
     "Saved {name}; with '{mover}', whose sliders move this face": (
         "{name} gespeichert; dabei ist '{mover}', dessen Regler dieses Gesicht bewegen"
     ),
@@ -861,6 +899,20 @@ SETTINGS = {
     "A surface with locks on it": "Eine Fläche mit Strähnen darauf",
     "One plain surface, to be sculpted": "Eine glatte Fläche, zum Formen",
     "Make none; hair that the face has stays": ("Keines machen; Haar, das das Gesicht hat, bleibt"),
+    "Hair curves on a thin surface, to be groomed; Blender 4.2": (
+        "Haarkurven auf einer dünnen Fläche, zum Frisieren; Blender 4.2"
+    ),
+    "Hair Length": "Haarlänge",
+    "Hair Volume": "Haarfülle",
+    "How long the hair is, 1 as drawn. The hair is made anew: what you have changed on it goes": (
+        "Wie lang das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was daran von Hand "
+        "geändert wurde, geht verloren"
+    ),
+    "How thick the hair is, 1 as drawn. The hair is made anew: what you have changed on it goes": (
+        "Wie füllig das Haar ist, 1 wie gezeichnet. Das Haar wird neu gemacht: was daran von Hand "
+        "geändert wurde, geht verloren"
+    ),
+    "Hair for a face that no drawing gave any.": "Haar für ein Gesicht, das keine Zeichnung hat.",
     "What is made of a beard in the drawing": "Was aus einem Bart der Zeichnung wird",
     "Single hairs, which go with the skin": "Einzelne Haare, die mit der Haut gehen",
     "Make none; a beard that the face has stays": (
@@ -1110,6 +1162,9 @@ TWEAKABLES = {
 # --- what is reported --------------------------------------------------------------------------
 
 SENTENCES = {
+    "This face has no hair: choose one of the presets": (
+        "Dieses Gesicht hat kein Haar: wähle eine der Vorgaben"
+    ),
     "No hair was found in the drawing of this face": (
         "In der Zeichnung dieses Gesichts wurde kein Haar gefunden"
     ),
@@ -1122,6 +1177,9 @@ SENTENCES = {
     "reading the sketch": "lese die Skizze",
     "reading the sketch of {name}": "lese die Skizze von {name}",
     "measuring {name}": "vermesse {name}",
+    "A hat was seen of which none could be made": (
+        "Ein Hut war zu sehen, aus dem keiner gemacht werden konnte"
+    ),
     "It is rather a painting or a photograph: a line drawing is read better": (
         "Die Skizze ist eher ein Gemälde oder ein Foto: Strichzeichnungen werden besser gelesen"
     ),

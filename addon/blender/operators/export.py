@@ -9,13 +9,13 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from facs_rig import load_rig
-from facs_rig.blender.beard import beard_of
 from facs_rig.blender.beard_files import moving
 from facs_rig.blender.files import not_moving, span_of, write_moving, write_shown_fbx
-from facs_rig.blender.hair import hair_of
+from facs_rig.blender.hair import curves_of
 from facs_rig.blender.pose import armature_of, is_face, show_keys_to_exporters
 from facs_rig.blender.shape import left_out, moves, shown
 from facs_rig.blender.twin import shown_with
+from facs_rig.blender.worn import worn_by
 from facs_rig.common.errors import InputError
 from facs_rig.common.files import Outputs
 
@@ -119,6 +119,9 @@ class SKETCHTOFACE_OT_export(InSlices, faces.OnShownFace, bpy.types.Operator, Ex
         elif ending == ".blend" and shown_with(face):
             say(self, "WARNING", "Saved {name}; with '{mover}', whose sliders move this face",
                 name=path.name, mover=shown_with(face))  # fmt: skip
+        elif curves_of(face) is not None and ending not in (".blend", ".ply"):
+            say(self, "INFO", "Saved {name}; its hair curves are locks there, for only a .blend "
+                "can hold curves", name=path.name)  # fmt: skip
         else:
             say(self, "INFO", "Saved {name}", name=path.name)
         return {"FINISHED"}
@@ -154,11 +157,10 @@ def _named(filepath: str) -> str:
 def _write_blend(path: Path, face: bpy.types.Object) -> None:
     """The objects themselves, for File > Append."""
     face.update_from_editmode()
-    armature = armature_of(face)
-    worn = [thing for thing in (hair_of(face), beard_of(face)) if thing is not None]
-    for thing in worn:
-        thing.update_from_editmode()
-    blocks = {face, *worn} if armature is None else {face, armature, *worn}
+    armature, worn = armature_of(face), worn_by(face)
+    for part in worn:
+        part.update_from_editmode()
+    blocks = {thing for thing in (face, armature, *worn) if thing is not None}
     with Outputs() as outputs:
         bpy.data.libraries.write(str(outputs.beside(path)), blocks, fake_user=True, compress=True)
 

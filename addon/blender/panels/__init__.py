@@ -1,5 +1,5 @@
 """What is seen in the sidebar, from top to bottom."""
 
-from . import face, fit, presets, retarget, sketch
+from . import face, fit, hair, presets, retarget, sketch
 
-MODULES = (presets, sketch, fit, face, retarget)
+MODULES = (presets, sketch, fit, face, hair, retarget)

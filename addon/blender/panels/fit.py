@@ -4,14 +4,14 @@ import bpy
 
 from facs_rig import CONTROLS
 from facs_rig.blender.beard import beard_of
-from facs_rig.blender.hair import has_cut, kind_of
 from facs_rig.fitted_keys import FITTED
 from snakes import LINE_TWEAKABLES, LINES_ALONE
 
 from ..messages import translation
-from ..operators import beard, detect, export, expression, hair, pins, sketch
+from ..operators import beard, detect, export, expression, pins, sketch
 from ..state import faces, memory, properties, sources
 from ..state.session import session
+from .hair import draw_hair
 from .presets import SKETCHTOFACE_PT_presets
 from .tab import Tab
 
@@ -210,25 +210,6 @@ class SKETCHTOFACE_PT_tweakables(Tab, bpy.types.Panel):
         layout.operator(sketch.SKETCHTOFACE_OT_default_tweakables.bl_idname, icon="LOOP_BACK")
 
 
-def _draw_hair(layout, face) -> None:
-    """Its colour, and how it is made."""
-    if not has_cut(face):
-        return
-    kind = kind_of(face)
-    column = layout.column(align=True)
-    if kind:
-        column.prop(face.sketch_to_face, "hair_colour")
-    row = column.row(align=True)
-    row.label(text="Hair")
-    make = hair.SKETCHTOFACE_OT_hair.bl_idname
-    row.operator(make, text="Locks", text_ctxt=translation.OWN,
-                 depress=kind == "locks").kind = "locks"  # fmt: skip
-    row.operator(make, text="Surface", text_ctxt=translation.OWN,
-                 depress=kind == "surface").kind = "surface"  # fmt: skip
-    if kind:
-        row.operator(make, text="", icon="X").kind = "none"
-
-
 def draw_beard(layout, face) -> None:
     """The colour of a beard, and which one it is."""
     column = layout.column(align=True)
@@ -266,7 +247,7 @@ class SKETCHTOFACE_PT_result(OfSketch, bpy.types.Panel):
         if key is not None:
             column.prop(key, "value", text="Fitted Details", slider=True)
         column.prop(face.sketch_to_face, "caricature", slider=True)
-        _draw_hair(self.layout, face)
+        draw_hair(self.layout, face)
         draw_beard(self.layout, face)
         column = self.layout.column(align=True)
         lost = len(memory.unpack(face.get(memory.LOST)))

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from facs_rig.blender.armature import layer_of
-from facs_rig.blender.beard import beard_of, is_beard
-from facs_rig.blender.hair import hair_of, is_hair
 from facs_rig.blender.pose import armature_of, check_face, is_face, mover_of
+from facs_rig.blender.worn import is_worn, worn_by
 from facs_rig.common.errors import InputError
 
 from ..messages import translation
@@ -35,13 +34,13 @@ def selected_objects(context) -> list[bpy.types.Object]:
 
 
 def active_face(context) -> bpy.types.Object | None:
-    """The face that the artist works on: the active object, the one that the active rig, hair
+    """The face that the artist works on: the active object, the one that the active rig, hair, hat
     or beard belongs to, or the one that was made last of the active Grease Pencil drawing."""
     active = active_object(context)
     if active is None:
         return None
-    worn = is_hair(active) or is_beard(active)
-    beside = active.parent.children if worn and active.parent is not None else ()
+    above = active.parent if is_worn(active) else None
+    beside = (above, *above.children) if above is not None else ()
     for candidate in (active, *active.children, *beside):
         if is_face(candidate):
             return candidate
@@ -142,6 +141,6 @@ def select_alone(context, made: bpy.types.Object) -> None:
         layer.objects.active = made
     space = context.space_data
     if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
-        for thing in (made, armature_of(made), hair_of(made), beard_of(made)):
+        for thing in (made, armature_of(made), *worn_by(made)):
             if thing is not None:
                 thing.local_view_set(space, True)

@@ -1,6 +1,7 @@
 """What a face keeps: its sketch, what was read from it, what the artist decided, who it is."""
 
 import contextlib
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 
 from facs_rig import CONTROL_NAMES, IDENTITY, load_rig
 from facs_rig.blender.beard import beard_of
-from facs_rig.blender.hair import colour_of, hair_of, set_colour
+from facs_rig.blender.hair import colour_of, comb, hair_of, set_colour, style_of
 from facs_rig.blender.pose import identity_of, refresh
 from facs_rig.blender.reshape import reshape
 from facs_rig.common.errors import InputError
 from facs_rig.fitted_keys import FITTED
 from facs_rig.folds import SEED
+from facs_rig.hair import style
 
 from . import caricature, sources
 
@@ -121,6 +123,32 @@ def colour_hair(face, colour) -> None:
     """Give the hair, if there is any, another colour."""
     if face.override_library is None and (hair := hair_of(face)) is not None:
         set_colour(hair, tuple(colour))
+
+
+def _style_property(name: str, about: str):
+    """A live slider of how the hair is combed; the face itself keeps the value."""
+
+    def put(self, value: float) -> None:
+        face = self.id_data
+        was, value = style_of(face), min(max(value, style.LEAST), style.MOST)
+        if _is_reloaded(face, getattr(was, name), value):
+            return
+        # A slider can tell nobody what is wrong; while hair is edited the panel has it greyed out.
+        with contextlib.suppress(InputError):
+            comb(face, load_rig(), replace(was, **{name: value}))
+
+    return FloatProperty(
+        name=f"Hair {name.title()}",
+        description=about,
+        min=style.LEAST,
+        max=style.MOST,
+        default=1.0,
+        precision=2,
+        step=5,
+        options=set(),
+        get=lambda self: getattr(style_of(self.id_data), name),
+        set=put,
+    )
 
 
 class SKETCHTOFACE_PG_detection(bpy.types.PropertyGroup):
@@ -270,6 +298,15 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         options=set(),
         get=lambda self: hair_colour(self.id_data),
         set=lambda self, colour: colour_hair(self.id_data, colour),
+    )
+    hair_length: _style_property(
+        "length",
+        "How long the hair is, 1 as drawn. The hair is made anew: what you have changed on it goes",
+    )
+    hair_volume: _style_property(
+        "volume",
+        "How thick the hair is, 1 as drawn. The hair is made anew: what you have changed on it "
+        "goes",
     )
     beard_colour: FloatVectorProperty(
         name="Beard Color",

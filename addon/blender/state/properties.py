@@ -100,6 +100,7 @@ class SKETCHTOFACE_PG_scene(sources.SketchChoice, bpy.types.PropertyGroup):
         items=[
             ("locks", "Locks", "A surface with locks on it"),
             ("surface", "Surface", "One plain surface, to be sculpted"),
+            ("curves", "Curves", "Hair curves on a thin surface, to be groomed; Blender 4.2"),
             ("ignore", "Ignore", "Make none; hair that the face has stays"),
         ],
         **translation.OWN_CONTEXT,

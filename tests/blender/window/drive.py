@@ -169,4 +169,5 @@ def session(options, result: dict):
     result["seconds"] = time.monotonic() - beginning
 
 
-main(session)
+if __name__ == "__main__":
+    main(session)

@@ -171,6 +171,13 @@ def test_what_was_read_is_corrected_pinned_and_live_in_a_real_window(session, tm
 
 
 @pytest.mark.slow
+def test_hair_is_combed_and_swapped_in_a_real_window(session, tmp_path):
+    result = session("drive_hair.py", "", "--sketch", str(SMILING))
+    assert result["length"] > 1.05 and result["volume"] > 1.05
+    pictures(tmp_path, "1_result", "2_length", "3_volume", "4_german", "5_added")
+
+
+@pytest.mark.slow
 def test_face_is_added_from_the_menu_of_a_real_window(session, tmp_path):
     result = session("drive_face.py", FACE_PICTURE)
     assert result["active"] == "FACS Face"

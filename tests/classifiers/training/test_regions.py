@@ -18,7 +18,7 @@ from facs_rig.common.box import Box
 torch = pytest.importorskip("torch")
 from classifiers.training.losses import region_loss  # noqa: E402
 
-FACE, HAIR, BEARD = range(len(REGIONS))
+FACE, HAIR, BEARD, HAT = range(len(REGIONS))
 SQUARE = [[10.0, 10.0], [30.0, 10.0], [30.0, 30.0], [10.0, 30.0]]
 
 
@@ -34,7 +34,7 @@ def drawn():
 def test_cells_tell_how_much_of_them_is_within_an_outline():
     outlines = Outlines.of({"regions": {"face": [SQUARE], "hair": [], "tree": [SQUARE]}})
     mask = outlines.mask(outlines.points, Box.at(0, 0, 40, 40), 4)
-    assert mask.shape == (3, 4, 4) and mask.dtype == np.float32
+    assert mask.shape == (4, 4, 4) and mask.dtype == np.float32
     np.testing.assert_allclose(mask[FACE][1:3, 1:3], 1, atol=0.4)
     assert mask[FACE].sum() == pytest.approx(4, abs=0.8) and not mask[1:].any()
     aside = outlines.mask(outlines.points, Box.at(10, 10, 20, 20), 4)
@@ -48,6 +48,25 @@ def test_hair_and_beard_lie_over_the_face():
     mask = outlines.mask(outlines.points, Box.at(10, 10, 20, 20), 2)
     np.testing.assert_allclose(mask[FACE], [[1, 1], [0, 0]], atol=0.2)
     np.testing.assert_allclose(mask[BEARD], [[0, 0], [1, 1]], atol=0.2)
+
+
+def test_a_hat_is_told_of_or_not_known():
+    told = {"face": [SQUARE], "hair": [SQUARE]}
+    whole = Box.at(0, 0, 40, 40)
+    bare = Outlines.of({"regions": told, "artist": {"hat": "none"}})
+    assert not bare.mask(bare.points, whole, 4)[HAT].any()
+    hatted = Outlines.of({"regions": {**told, "hat": [SQUARE]}, "artist": {"hat": "cap"}})
+    mask = hatted.mask(hatted.points, whole, 4)
+    np.testing.assert_array_equal(mask[HAT], mask[HAIR])
+    older = Outlines.of({"regions": told, "artist": {"hat": "cap"}})  # before hats were told of
+    mask = older.mask(older.points, whole, 4)
+    assert np.isnan(mask[HAT]).all() and np.isfinite(mask[:HAT]).all()
+
+
+def test_older_networks_tell_of_no_hats():
+    places = np.array([[0.5, 0.5]])
+    assert Mask(Box.at(0, 0, 1, 1), np.ones((3, 4, 4))).at("hat", places)[0] == 0
+    assert Mask(Box.at(0, 0, 1, 1), np.ones((4, 4, 4))).at("hat", places)[0] == 1
 
 
 def test_conventions_tell_where_their_face_and_hair_are(drawn):
@@ -97,7 +116,7 @@ def test_masks_move_with_the_page_and_its_mirror_image(drawn):
             )
             for flip in (False, True)
         )  # fmt: skip
-        assert one.regions.shape == (3, 20, 20) and np.isfinite(one.regions).all()
+        assert one.regions.shape == (4, 20, 20) and np.isfinite(one.regions).all()
         np.testing.assert_array_equal(other.regions, one.regions[:, :, ::-1])
         face = Mask(Box.at(0, 0, 1, 1), one.regions)
         nose = one.landmarks[LANDMARKS.index("nose_tip")]

@@ -15,6 +15,7 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
 from addon.cli import main  # noqa: E402
+from classifiers.detector import load_detector  # noqa: E402
 from classifiers.training import (  # noqa: E402
     calibration,
     common,
@@ -39,6 +40,7 @@ from classifiers.training.exported import blend, load_exported, opened  # noqa: 
 from classifiers.training.losses import finder_loss, loss_parts  # noqa: E402
 from classifiers.training.network import Convolution, Networks, side_by_side  # noqa: E402
 from classifiers.training.targets import encode, encode_all  # noqa: E402
+from dataset_gen.generate import generate, make_sample  # noqa: E402
 from facs_rig import LANDMARKS, TWELVE  # noqa: E402
 from facs_rig.common.errors import InputError  # noqa: E402
 from tests.nightly import at_night  # noqa: E402
@@ -98,11 +100,11 @@ def test_units_do_not_learn_from_what_is_neither_yes_nor_no(loaded):
         "landmarks": torch.zeros(1, 33, 2),
         "boxes": torch.full((1, 4, 3), float("nan")),
         "person": torch.full((1, 2), float("nan")),
-        "regions": torch.full((1, 3, 4, 4), float("nan")),
+        "regions": torch.full((1, 4, 4, 4), float("nan")),
     }
     units = torch.randn(1, 12, 3)
     rest = torch.zeros(1, 33, 3), torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4)
-    rest = *rest, torch.zeros(1, 2, 2), torch.zeros(1, 3, 4, 4)
+    rest = *rest, torch.zeros(1, 2, 2), torch.zeros(1, 4, 4, 4)
     parts = loss_parts((units, *rest), batch, 0.2)
     assert float(parts["units"]) == 0 and float(parts["angles"]) == 0
     batch["active"][0, 4] = 1
@@ -137,10 +139,10 @@ def test_a_landmarks_spread_is_the_error_to_expect(loaded):
         "intensity": torch.zeros(1, 1), "angles": torch.zeros(1, 3),
         "landmarks": torch.tensor([[[0.03, 0.04]]]), "boxes": torch.full((1, 4, 3), float("nan")),
         "person": torch.full((1, 2), float("nan")),
-        "regions": torch.full((1, 3, 4, 4), float("nan")),
+        "regions": torch.full((1, 4, 4, 4), float("nan")),
     }  # fmt: skip
     rest = torch.zeros(1, 3), torch.zeros(1), torch.zeros(1, 8, 8, 4), torch.zeros(1, 2, 2)
-    rest = *rest, torch.zeros(1, 3, 4, 4)
+    rest = *rest, torch.zeros(1, 4, 4, 4)
 
     def doubt(spread):
         places = torch.cat([points[:, :, :2], torch.full((1, 1, 1), spread)], dim=2)
@@ -449,9 +451,32 @@ def test_who_is_drawn_is_trained_alone_on_exported_networks(fresh_weights, carto
         "regions",
     } and "person.conv.weight" in other
     assert saved["retrained"] == [{"units": ["person", "regions"], "steps": 3, "images": 24}]
-    assert saved["regions"] == ["face", "hair", "beard"]
+    assert saved["regions"] == ["face", "hair", "beard", "hat"]
     model = json.loads((fresh_weights / "model.json").read_text())
     assert saved["config"] == model["training"]["config"] and saved["aus"] == model["aus"]
+
+
+def test_hats_are_learnt_alone_and_all_that_is_said_of_the_rest_stays(fresh_weights, tmp_path):
+    for k in range(40):  # until an artist draws a hat
+        told = make_sample(11, k, engine="conventions")[1]["regions"]
+        if told.get("hat"):
+            break
+    generate(k + 1, tmp_path / "data", seed=11, engine="conventions")
+    options = ["--data", str(tmp_path / "data"), "--only", "hats", "--start", str(fresh_weights)]
+    options += ["--out", str(tmp_path / "run"), "--steps", "12", "--batch", "8", "--pool", "16"]
+    assert main(["train", *options, "--threads", "1", "--workers", "0"]) == 0
+    before, after = (opened(folder) for folder in (fresh_weights, tmp_path / "run" / "weights"))
+    old, new = (networks.state_dict() for networks, _ in (before, after))
+    other = {name for name in old if not torch.allclose(old[name], new[name], atol=1e-5)}
+    assert other and {name.split(".")[0] for name in other} == {"hats"}
+    was, now = (
+        json.loads((folder / "model.json").read_text())
+        for folder in (fresh_weights, tmp_path / "run" / "weights")
+    )
+    for name in ("temperatures", "thresholds", "figures", "person_spreads", "regions"):
+        assert was[name] == now[name]
+    assert now["training"]["retrained"][-1]["units"] == ["hats"]
+    assert load_detector(tmp_path / "run" / "weights").model == now
 
 
 def test_units_trained_alone_need_a_whole_checkpoint(loaded, cartoons, tmp_path, capsys):

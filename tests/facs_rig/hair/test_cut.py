@@ -19,6 +19,8 @@ LINE = np.array([[np.pi, 0.5, 0.0], [np.pi, 0.0, 0.03]])
         ({"edge": EDGE[:-1]}, "48 numbers, got 47"),
         ({"edge": np.where(ANGLES > 3, np.nan, EDGE)}, "finite numbers, but holds nan"),
         ({"edge": EDGE + 1}, "below the crown, got 1.4"),
+        ({"top": EDGE[1:]}, "48 numbers, got 47"),
+        ({"top": EDGE + 0.6}, "top must lie below the crown, got 1$"),
         ({"thick": THICK.T}, "48 x n numbers, got 4 x 48"),
         ({"thick": THICK[:, :1]}, "at least two steps"),
         ({"thick": THICK * np.inf}, "finite numbers, but holds inf"),

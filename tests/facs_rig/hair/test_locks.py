@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 from facs_rig import FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 from facs_rig.hair.follow import bind
+from facs_rig.hair.head import head_of
 from facs_rig.hair.locks import FEWEST, MOST, hair, locks
 from facs_rig.hair.presets import PRESETS, preset
 from facs_rig.hair.shell import shell
@@ -70,7 +71,7 @@ def test_locks_lie_on_the_shell_and_their_tips_taper(rig):
 
 
 def test_locks_run_from_the_parting_to_the_edge(rig):
-    """Without a field down the columns; with one across them, around the head."""
+    """With a field down the columns; with one across them, around the head."""
     cut = preset("bob")
     made = shell(rig, {}, cut)
     length = {}
@@ -80,9 +81,44 @@ def test_locks_run_from_the_parting_to_the_edge(rig):
         ends = on.points[1::3][on.uv[1::3, 1] == 1] - on.points[1::3][on.uv[1::3, 1] == 0]
         length[name] = np.abs(ends).mean(axis=0)
     assert length["down"][1] > 3 * length["across"][1]
-    plain = locks(made, cut, seeded(), 4000)
-    down = locks(made, cut, seeded(), 4000, field=np.broadcast_to((0, 3.0), field.shape))
-    assert np.allclose(plain.points, down.points, atol=1e-6)
+    longer = locks(made, cut, seeded(), 4000, field=np.broadcast_to((3.0, 0), field.shape))
+    assert np.allclose(longer.points, on.points, atol=1e-6)
+
+
+def roots_and_tips(made, cut):
+    on = locks(made, cut, seeded(), 8000)
+    middle, along = on.points[1::3], on.uv[1::3, 1]
+    return middle[along == 0], middle[along == 1]
+
+
+def from_the_front(points, head):
+    return np.degrees(np.abs(np.arctan2(points[:, 0], points[:, 2] - head.middle[2])))
+
+
+def test_hair_grows_up_from_a_hairline_and_down_to_a_fringe(rig):
+    head = head_of(rig, {})
+    for name, up in (("crop", True), ("fringe", False)):
+        cut = preset(name)
+        root, tip = roots_and_tips(shell(rig, {}, cut), cut)
+        front = from_the_front(root, head) < 40
+        assert (tip[front, 1] > root[front, 1]).mean() > 0.9 if up else (
+            tip[front, 1] < root[front, 1]).mean() > 0.9  # fmt: skip
+
+
+def test_hair_runs_along_a_steep_edge(rig):
+    """Its locks end farther down there than those that follow the columns over it."""
+    cut = preset("long_straight")
+    made = shell(rig, {}, cut)
+    end = made.points[made.outer[:, -1]]
+    fall = (end[:-1, 1] - end[1:, 1]) / np.linalg.norm(end[:-1] - end[1:], axis=1)
+    from_, to = (cKDTree(end[1:][steep]) for steep in (np.abs(fall) > 0.8, np.abs(fall) < 0.3))
+    field = np.broadcast_to((0.0, 1.0), (*made.outer.shape, 2))
+    over = []
+    for way in (None, field):
+        on = locks(made, cut, seeded(), 8000, field=way)
+        tip = on.points[1::3][on.uv[1::3, 1] == 1]
+        over.append(((from_.query(tip)[0] < 0.012) & (to.query(tip)[0] > 0.02)).sum())
+    assert over[0] < 0.7 * over[1]
 
 
 def test_a_field_of_another_shape(rig):

@@ -163,9 +163,27 @@ def test_columns_end_where_the_cut_says(rig):
     end = made.points[made.outer[:, -1]]
     want = head.metres(edge_heights(cut, made.azimuth)) + head.eyes[1]
     away = np.abs(end[:, 1] - want)
-    assert away.max() < 4 * MM  # hair that lies stands off the skin slantwise
+    falls = edge_heights(cut, made.azimuth) < WIDEST
+    assert away[~falls].max() < 4 * MM  # hair that lies stands off the skin slantwise
+    assert away[falls].max() < 10 * MM  # tips of locks
+    assert np.abs((end[:, 1] - want)[falls].mean()) < 2 * MM
     around = np.arctan2(end[:, 0], end[:, 2] - head.middle[2]) % (2 * np.pi)
     assert np.allclose(np.unwrap(around), made.azimuth, atol=0.02)
+
+
+def test_a_bald_crown_shows_above_a_rim(rig):
+    """And no hair in front, where both edges meet."""
+    head, vertices = head_of(rig, {}), rig.neutral({})
+    made = shell(rig, {}, preset("bald_rim"))
+    top, least = made.points[made.outer[:, 0]], made.points[made.outer[:, -1]]
+    behind = np.abs(made.azimuth - np.pi) < np.radians(80)
+    assert (top[behind, 1] > least[behind, 1] + 10 * MM).all()
+    shown = seen_skin(rig, vertices, made, 180, 0)
+    assert (head.height(shown[:, 1] - head.eyes[1]) > 0.75).any()
+    front = seen_skin(rig, vertices, made, 0, 0)
+    away = np.degrees(np.abs(np.arctan2(front[:, 0], front[:, 2] - head.middle[2])))
+    height = head.height(front[:, 1] - head.eyes[1])
+    assert ((height > 0.45) & (away < 40)).sum() > 100
 
 
 def test_thicker_hair_stands_off_farther(rig):

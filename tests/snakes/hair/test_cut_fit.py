@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, load_rig
 from facs_rig.common.box import Box
-from facs_rig.hair.cut import mirrored
+from facs_rig.hair.cut import AZIMUTHS, mirrored
 from facs_rig.hair.presets import preset
 from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
@@ -47,6 +47,35 @@ def test_a_cut_covers_what_hair_covers(hairy, name, yaw):
     camera = Camera.framing(load_rig().pose(aside), 200, 240, margin=0.2)
     known, found = (hairy.seen(c, aside, camera)[0] for c in (preset(name), cut))
     assert hairy.overlap(known, found) > 0.65
+
+
+@pytest.mark.parametrize("yaw", [0, 30])
+def test_a_crown_is_bald_above_a_rim(hairy, yaw):
+    scene = hairy("bald_rim", yaw)
+    cut = refitted(scene)
+    assert cut.top is not None and (cut.top <= cut.edge)[[0, 1, 2, -1, -2]].all()
+    assert (cut.top > cut.edge)[AZIMUTHS // 4 : 3 * AZIMUTHS // 4].all()
+    hair, _ = hairy.seen(cut, scene.parameters, scene.camera)
+    assert hairy.overlap(hair, scene.hair) > 0.65
+    for name in ("crop", "bob", "bun"):
+        assert refitted(hairy(name, yaw)).top is None
+
+
+def test_falling_hair_parts_over_an_open_forehead(hairy):
+    scene = hairy("long_straight", 0)
+    assert abs(refitted(scene).part) < np.radians(15)
+    assert refitted(hairy("fringe", 0)).part is None
+
+
+def test_waves_and_curls_are_as_they_are_drawn(hairy):
+    scene = hairy("long_straight", 0)
+    page = page_of(scene)
+    fit = lambda page: fit_cut(  # noqa: E731
+        page, load_rig(), scene.parameters, scene.vertices, scene.camera
+    )
+    assert fit(page).wave == 0 == fit(page).curl
+    assert fit(replace(page, wave=1.0)).wave > 0.3
+    assert fit(replace(page, texture="curls")).curl > 0.25
 
 
 def test_a_bald_head_gives_no_cut(hairy):

@@ -1,0 +1,108 @@
+"""A closer look at the mouth: where its lips and their rims are drawn, and whether it is open.
+
+The networks see a whole face in a square of some hundred pixels, in which a row of teeth is two
+pixels high, and answer which actions a face does; how far apart its lips are drawn they tell badly.
+A small network of its own looks at the mouth alone, in the crop that they have found (a cascade:
+Sun, Wang, Tang 2013, "Deep Convolutional Network Cascade for Facial Point Detection", CVPR).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facs_rig import LANDMARKS
+from facs_rig.common.box import Box
+from facs_rig.common.errors import InputError
+from facs_rig.common.images import area_resample
+
+from .labels import mirror_order
+from .preprocess import Floats, bounding_landmarks, even_ink, points_of
+from .runtime import open_session, sigmoid
+
+WEIGHTS, DESCRIPTION = "mouth.onnx", "mouth.json"
+MOUTH = tuple(name for name in LANDMARKS if name.startswith(("lip_", "mouth_")))
+"""The landmarks that it tells."""
+MIRROR = mirror_order(MOUTH)
+SIDE = 0.52
+"""Of the height from chin to forehead or from jaw to jaw, whichever is more: what is looked at."""
+SIZE = 80
+"""Pixels to a side of the crop."""
+RIMS = (
+    ("lip_inner_upper_right", "lip_inner_lower_right"),
+    ("lip_inner_top", "lip_inner_bottom"),
+    ("lip_inner_upper_left", "lip_inner_lower_left"),
+)
+"""The upper rim and the lower one, from right to left."""
+OPEN = 0.03
+"""Of the same height, the mean distance of the rims from which on a mouth is open: of lips that
+meet it is 0.014, for the landmarks lie on them."""
+
+
+@dataclass(frozen=True)
+class Mouth:
+    """A mouth as it is drawn.
+
+    landmarks : of MOUTH -> (u, v) pixels      spreads : of MOUTH -> their expected error, pixels
+    opened : how probable it is that it is open, 0..1
+    """
+
+    landmarks: dict[str, tuple[float, float]]
+    spreads: dict[str, float]
+    opened: float
+
+
+def mouth_box(landmarks: Mapping[str, tuple[float, float]], turn: float = 0.0) -> Box:
+    """What is looked at, of a face's landmarks in pixels; turn : radians, of the face's crop."""
+    bounds = points_of(landmarks, bounding_landmarks(landmarks))
+    upright = Box.square(bounds.mean(axis=0), 1.0, turn).to_units(bounds)
+    side = float(np.ptp(upright, axis=0).max())
+    return Box.square(points_of(landmarks, MOUTH).mean(axis=0), max(SIDE * side, 1.0), turn)
+
+
+class MouthReader:
+    """The network of a file beside the detector's, WEIGHTS with its DESCRIPTION."""
+
+    def __init__(self, folder: Path, threads: int) -> None:
+        path = folder / DESCRIPTION
+        try:
+            about = json.loads(path.read_text(encoding="utf-8"))
+            known = about["landmarks"] == list(MOUTH) and about["size"] == SIZE
+            sha256 = str(about["sha256"])
+        except (OSError, ValueError, KeyError, TypeError):
+            known = False
+        if not known:
+            raise InputError(f"{path} is damaged or of another version: install the package again.")
+        self._session = open_session(folder / WEIGHTS, sha256, threads)
+
+    def read(
+        self, page: Floats, landmarks: Mapping[str, tuple[float, float]], turn: float
+    ) -> Mouth:
+        """The mouth on a page of ink (h, w), of a face with these landmarks, in its pixels."""
+        box = mouth_box(landmarks, turn)
+        crop = even_ink(area_resample(page, box, SIZE))
+        places, opened = self._session.run(None, {"ink": np.stack([crop, crop[:, ::-1]])[:, None]})
+        flipped = places[1, MIRROR] * (-1, 1, 1) + (1, 0, 0)
+        mean = (places[0] + flipped) / 2
+        points = box.to_pixels(mean[:, :2]).tolist()
+        return Mouth(
+            {name: (u, v) for name, (u, v) in zip(MOUTH, points, strict=True)},
+            dict(zip(MOUTH, (np.exp(mean[:, 2]) * box.width).tolist(), strict=True)),
+            float(sigmoid(opened.mean())),
+        )
+
+
+def mouth_reader(folder: Path, threads: int) -> MouthReader | None:
+    """The reader of a weights folder; None of one whose networks were trained without."""
+    return MouthReader(folder, threads) if (folder / DESCRIPTION).exists() else None
+
+
+def opening(landmarks: NDArray) -> NDArray[np.float64]:
+    """(...,) mean distance of the rims of mouths with landmarks (..., m, 2) of MOUTH."""
+    upper, lower = (landmarks[..., [MOUTH.index(pair[k]) for pair in RIMS], :] for k in (0, 1))
+    return np.linalg.norm(lower - upper, axis=-1).mean(axis=-1)

@@ -1,0 +1,323 @@
+"""The hat that looks like the hat on a page.
+
+Its rim is a ring around the head: level, leaning to a side, or higher in front than behind, as far
+as it is seen. Its crown stands off the head so that its outline meets the region's; what the view
+does not show is like what it shows, as most hats are round (few waves around the head, each dearer
+than the one before). What juts out of the crown narrowly is a brim, or a peak where it is at one
+side or hangs over the forehead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from facs_rig import Camera, FaceParameters, FaceRig
+from facs_rig.hair.cut import ANGLES, AZIMUTHS
+from facs_rig.hair.hat import Hat, crown_on
+from facs_rig.hair.head import Head, head_of
+
+from .cut_fit import EYES, LIDS, fit_cut
+from .region import ROWS, PageHair
+from .sight import Outline, Sight
+
+__all__ = ["fit_hat"]
+
+STEPS = 10
+"""Steps of a crown's thickness, from its top to its rim."""
+ROUNDS = 4
+"""How often the crown is held against the region."""
+HEIGHTS = np.linspace(0.97, -0.6, 53)
+"""At which a hat is looked for on the head."""
+STAND, NEAR = 0.02, 0.006
+"""Metres that a hat stands off the head of which nothing is known, and so near to the skin that it
+is within the hat, where its border is looked for."""
+FACING = 0.15
+"""Cosine between a surface and the view from which on it is seen."""
+THIN, HIGH = 0.011, 0.26
+"""Metres that a crown stands off at least and at most: hair has to lie under it."""
+WAVES = (0.02, 0.4, 3.0)
+"""What it costs that a crown is not round, by waves around it."""
+BENDS = 0.02
+"""What it costs that a crown bends from its top to its rim."""
+LEAN = (0.16, 0.10)
+"""Height by which a rim is higher in front, and lower behind, than at the sides, where nothing else
+is known, and the spread of that."""
+RIM = (-0.3, 0.86)
+"""Heights between which a rim is."""
+NARROW = 0.08
+"""Heads from which on what juts out of a crown is part of the crown: half its width."""
+JUTS = 0.02
+"""Metres from which on what juts out is a brim, not an uneven outline."""
+FRONT, BESIDE, SIDES = np.radians(25), np.radians([32, 50]), np.radians(50)
+"""Radians from the front to which a peak hangs lowest, between which it hangs less, and from which
+on it does not hide the rim."""
+RISES = 0.006
+"""Metres that the border is higher there than in front, under a peak."""
+DROPS, LINED = 0.018, 0.5
+"""Metres that the border lies lower in front than the rim of the sides would, under a peak; and the
+share of the columns in front in which a line across is drawn there: where a peak begins."""
+BAND, LEVEL = (0.035, 0.24), 0.7
+"""Heads above the border between which that line is looked for, and how level it is: 1 wholly."""
+HANGS = 0.2
+"""Share of a hat below the eyes from which on it is a hood or a scarf."""
+PEAK = (0.062, np.radians(75))
+"""Metres that a peak juts out whose border alone is seen, and radians to each side that it goes."""
+AHEAD = 0.25
+"""Share of a metre to the front from which on it is seen what juts out there."""
+LONGEST = 0.16
+"""Metres that a brim juts out at most."""
+STEEPEST = 1.1
+"""Metres that a brim's border lies lower for each metre that it juts out, at most."""
+
+
+def fit_hat(
+    page: PageHair, rig: FaceRig, parameters: FaceParameters, vertices: NDArray, camera: Camera
+) -> Hat | None:
+    """The hat whose surface covers what a hat covers on a page, or None where that sits on no head.
+
+    page : with the hat for hair, see `hat_region.page_hat`
+    vertices : (n, 3) metres, the posed face of `parameters`;  camera : of the page's pixels
+    """
+    tone = float(np.clip(page.tone, 0, 1))
+    head = head_of(rig, parameters.identity)
+    eyes = page.cells(camera.project(vertices[rig.parts["eyes"]])).mean(axis=0)
+    if page.hair[max(int(eyes[1]), 0) :].sum() > HANGS * page.hair.sum():
+        cut = fit_cut(page, rig, parameters, vertices, camera)
+        return None if cut is None else Hat.hanging(cut, tone)
+    crown = _without_brim(page.hair)
+    if not crown.any():
+        return None
+    sight = Sight.of(replace(page, hair=crown), rig, parameters, vertices, camera, head)
+    found, sure = _border(sight)
+    if sure.sum() < 2:
+        return None
+    edge, drop = _rim(found, sure, head, _is_lined(page, sight))
+    edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
+    thick = _crown(sight, sight.outline_of_region(), edge)
+    made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
+    return _with_brim(made, sight, page.hair, drop)
+
+
+def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The largest piece of a region after what is narrow has been taken off."""
+    reach = NARROW * ROWS
+    room = np.pad(hat, 1)
+    room[0] = room[1]  # a crown that leaves the page goes on there
+    depth = ndimage.distance_transform_edt(room)
+    wide = ndimage.distance_transform_edt(depth <= reach) <= reach
+    label, count = ndimage.label((wide & room)[1:-1, 1:-1])
+    if not count:
+        return np.zeros(hat.shape, dtype=bool)
+    return label == 1 + np.bincount(label.ravel())[1:].argmax()
+
+
+def _border(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(48,) height at which the hat ends, and how well that is seen, 0 to 1."""
+    covered, weight = sight.covered(HEIGHTS, False, np.full(AZIMUTHS, NEAR), FACING)
+    seen = weight * (2 * covered - 1)
+    above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
+    best = above.argmax(axis=1)
+    between = np.concatenate([HEIGHTS[:1], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, HEIGHTS[-1:]])
+    sure = np.clip(2 * weight[:, :36].mean(axis=1), 0, 1)
+    inside = (best > 0) & (best < len(HEIGHTS))
+    return between[best], np.where(inside & (sure > 0.1), sure, 0.0)
+
+
+def _away(azimuth: NDArray) -> NDArray[np.float64]:
+    return np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _rim(
+    found: NDArray, sure: NDArray, head: Head, lined: bool
+) -> tuple[NDArray[np.float64], float]:
+    """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's.
+
+    lined : whether a line is drawn where a peak would begin
+    """
+    away = _away(ANGLES)
+    sides = np.where(away > SIDES, sure, 0.0)
+    front = np.where(away < FRONT, sure, 0.0)
+    drop = 0.0
+    if lined and sides.sum() > 0.5 and front.sum() > 0.5:
+        level = _ring(found, sides)
+        lower = head.metres(level) - head.metres(found)
+        drop = float(np.average(lower, weights=front))
+        beside = np.where((away > BESIDE[0]) & (away < BESIDE[1]), sure, 1e-6)
+        low, high = (np.average(head.metres(found), weights=w) for w in (front, beside))
+        drop = drop if high - low > RISES else 0.0
+    if drop < DROPS:
+        return _ring(found, sure), 0.0
+    return level, drop
+
+
+def _is_lined(page: PageHair, sight: Sight) -> bool:
+    """Whether a line runs across the hat in front, a little above its border."""
+    hat = page.hair
+    column = sight.page.hair.any(axis=0)
+    first, last = np.flatnonzero(column)[[0, -1]]
+    quarter = (last - first) // 4
+    row = np.arange(len(hat))[:, None]
+    border = len(hat) - 1 - hat[::-1].argmax(axis=0)
+    above = (border - row) / ROWS
+    band = hat & (above > BAND[0]) & (above < BAND[1])
+    level = 2 * page.strokes.along[..., 0] ** 2 - 1 > LEVEL
+    drawn = band & level & (page.strokes.coherence > 0.6)
+    return bool(drawn.any(axis=0)[first + quarter : last - quarter + 1].mean() > LINED)
+
+
+def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
+    """(48,) heights of a ring around the head through what was found, robustly."""
+    ways = np.stack([np.ones(AZIMUTHS), np.cos(ANGLES), np.sin(ANGLES), np.cos(2 * ANGLES)], axis=1)
+    usual, spread = np.array([0.3, LEAN[0], 0.0, 0.0]), np.array([3.0, LEAN[1], 0.1, 0.04])
+    held = np.diag((0.05 / spread) ** 2)
+    weight = sure.copy()
+    for _ in range(5):
+        rows = ways * weight[:, None]
+        solved = np.linalg.solve(ways.T @ rows + held, rows.T @ found + held @ usual)
+        off = np.abs(ways @ solved - found)
+        weight = sure / (1 + (off / 0.08) ** 2)
+    return np.clip(ways @ solved, *RIM)
+
+
+# --- the crown -----------------------------------------------------------------------------------
+
+
+def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]:
+    """(48, STEPS) metres with which a crown ends where the region does."""
+    order = len(WAVES) - 1
+    waves = [np.ones(AZIMUTHS)]
+    costs = [WAVES[0]]
+    for k in range(1, order + 1):
+        waves += [np.cos(k * ANGLES), np.sin(k * ANGLES)]
+        costs += [WAVES[k]] * 2
+    around = np.stack(waves, axis=1)
+    bend = np.diff(np.eye(STEPS), 2, axis=0)
+    held = np.kron(np.diag(costs), np.eye(STEPS)) + BENDS * np.kron(
+        np.eye(len(costs)), bend.T @ bend * STEPS
+    )
+    usual = np.zeros((len(costs), STEPS))
+    usual[0] = STAND
+    basis = np.kron(around, np.eye(STEPS))
+    thick = np.full((AZIMUTHS, STEPS), STAND)
+    none = np.zeros(AZIMUTHS)
+    for _ in range(ROUNDS):
+        surface = crown_on(sight.head, Hat(edge, thick, none))
+        azimuth, share, short, known = sight.shortfall(surface, outline)
+        grid = _bilinear(azimuth, share)
+        now = grid @ thick.ravel()
+        # Below the rim another line ends the region, beside it a brim may.
+        known = known & (short > -0.1)
+        rows = (grid @ basis) * known[:, None]
+        wanted = np.where(known, np.clip(now + short, THIN, HIGH), 0.0)
+        off = wanted - rows @ usual.ravel()
+        solved = np.linalg.solve(rows.T @ rows + held, rows.T @ off)
+        thick = around @ (usual + solved.reshape(usual.shape))
+        thick = np.clip(thick, THIN, HIGH)
+    return thick
+
+
+def _bilinear(azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
+    """(m, 48 STEPS) weights of a crown's thickness at places of its surface."""
+    column, step = azimuth * AZIMUTHS / (2 * np.pi), share * (STEPS - 1)
+    left, low = np.floor(column).astype(int), np.minimum(step.astype(int), STEPS - 2)
+    across, up = column - left, step - low
+    out = np.zeros((len(azimuth), AZIMUTHS, STEPS))
+    m = np.arange(len(azimuth))
+    for i, a in ((left, 1 - across), (left + 1, across)):
+        for j, b in ((low, 1 - up), (low + 1, up)):
+            out[m, i % AZIMUTHS, j] += a * b
+    return out.reshape(len(azimuth), -1)
+
+
+# --- the brim ------------------------------------------------------------------------------------
+
+
+def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -> Hat:
+    """The hat with the brim or the peak that is drawn.
+
+    sight : of the crown;  region : (h, w) bool, of all of the hat;  drop : see `_rim`
+    """
+    view = _View.of(sight, hat)
+    crown, whole = (view.metres(np.argwhere(of)[:, ::-1]) for of in (sight.page.hair, region))
+    tips = {}
+    for side in (-1, 1):
+        tip = whole[(side * whole[:, 0]).argmax()]
+        if side * tip[0] - (side * crown[:, 0]).max() > JUTS:
+            tips[side] = tip
+    if len(tips) == 2:
+        ends = [tips[side] - view.rim(view.azimuth + side * np.pi / 2) for side in (-1, 1)]
+        out = min(float(np.mean([abs(end[0]) for end in ends])), LONGEST)
+        droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
+        if drop:
+            droop = (droop + view.droop(out, drop)) / 2
+        return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
+    if tips:
+        ((side, tip),) = tips.items()
+        front = 0.0 if side * view.forward[0] > AHEAD else view.azimuth + side * np.pi / 2
+        way = abs(view.forward[0]) if front == 0.0 else 1.0
+        end = tip - view.rim(front)
+        out = float(np.clip(abs(end[0]) / way, PEAK[0] / 2, 1.6 * PEAK[0]))
+        down = end[1] - (out * view.forward[1] if front == 0.0 else 0.0)
+        return replace(hat, brim=_peak(out, front), droop=_steep(-down / out / view.upright))
+    if drop:
+        droop = _steep(view.droop(PEAK[0], drop))
+        return replace(hat, brim=_peak(PEAK[0], 0.0), droop=droop)
+    return hat
+
+
+@dataclass(frozen=True)
+class _View:
+    """A hat's rim as it is seen: metres on the page, to the right and up, from the head's middle.
+
+    ring : (48, 2) the rim;  forward : (2,) a metre to the front;  upright : a metre up, how much of
+    it is seen;  azimuth : the one that faces the view
+    """
+
+    sight: Sight
+    ring: NDArray[np.float64]
+    forward: NDArray[np.float64]
+    upright: float
+    azimuth: float
+
+    @classmethod
+    def of(cls, sight: Sight, hat: Hat) -> _View:
+        surface = crown_on(sight.head, hat, AZIMUTHS, 3)
+        ring = surface.points[surface.outer[:, -1]].astype(float)
+        middle = sight.head.middle
+        places = np.stack([middle, middle + [0, 0, 0.1], middle + [0, 0.1, 0]])
+        bare = cls(sight, np.zeros((0, 2)), np.zeros(2), 1.0, sight.azimuth)
+        origin, front, above = bare.metres(sight.cells(places))
+        return replace(
+            bare, ring=bare.metres(sight.cells(ring)), forward=(front - origin) / 0.1,
+            upright=max(float(above[1] - origin[1]) / 0.1, 0.3),
+        )  # fmt: skip
+
+    def metres(self, cells: NDArray) -> NDArray[np.float64]:
+        """(k, 2) of cells (k, 2)."""
+        up = self.sight.up
+        right = np.array([-up[1], up[0]])
+        away = (np.asarray(cells, float) - self.sight.middle) / self.sight.unit
+        return np.stack([away @ right, away @ up], axis=1)
+
+    def rim(self, azimuth: float) -> NDArray[np.float64]:
+        """(2,) metres, where the rim is at an azimuth."""
+        at = [np.interp(azimuth, ANGLES, of, period=2 * np.pi) for of in self.ring.T]
+        return np.array(at)
+
+    def droop(self, out: float, drop: float) -> float:
+        """The droop with which a brim that juts out so far hides so much below the rim in front."""
+        return drop / out + float(self.forward[1]) / self.upright
+
+
+def _steep(droop: float) -> float:
+    return float(np.clip(droop, -0.3, STEEPEST))
+
+
+def _peak(out: float, front: float) -> NDArray[np.float64]:
+    """(48,) metres that a peak juts out whose middle is at an azimuth."""
+    away = _away(ANGLES - front) / PEAK[1]
+    return out * np.sqrt(np.clip(1 - away**2, 0, 1))

@@ -1,0 +1,117 @@
+"""The closer look at the mouth: where it looks, and what the shipped network says."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from classifiers import load_detector
+from classifiers.mouth import (
+    DESCRIPTION,
+    MIRROR,
+    MOUTH,
+    SIDE,
+    mouth_box,
+    mouth_reader,
+    opening,
+)
+from classifiers.preprocess import as_page, bounding_landmarks, points_of
+from classifiers.runtime import WEIGHTS
+from dataset_gen.generate import make_sample
+from facs_rig import LANDMARKS, Camera, load_rig
+
+SEED = 61_000_003  # far from those of the training, see mouth.json
+OPENED = {"smile": 4.0, "jaw_open": 3.0}
+COUNT = 20
+
+
+def neutral_marks(turn=0.0):
+    rig = load_rig()
+    camera = Camera.framing(rig.neutral(), 400, 400)
+    spots = camera.project(rig.neutral()[rig.landmarks]) - 200
+    c, s = np.cos(turn), np.sin(turn)
+    spots = spots @ np.array([[c, s], [-s, c]]) + 200
+    return {name: tuple(spot) for name, spot in zip(LANDMARKS, spots.tolist(), strict=True)}
+
+
+def test_the_box_turns_with_the_face():
+    plain, turned = mouth_box(neutral_marks()), mouth_box(neutral_marks(0.5), 0.5)
+    bounds = points_of(neutral_marks(), bounding_landmarks(LANDMARKS))
+    assert plain.width == pytest.approx(SIDE * np.ptp(bounds, axis=0).max())
+    assert turned.width == pytest.approx(plain.width)
+    inside = plain.to_units(points_of(neutral_marks(), MOUTH))
+    assert turned.to_units(points_of(neutral_marks(0.5), MOUTH)) == pytest.approx(inside)
+    assert inside.min() > 0.1 and inside.max() < 0.9
+
+
+def test_a_shut_mouth_is_told_from_an_open_one_by_its_rims():
+    marks = points_of(neutral_marks(), MOUTH)
+    apart = marks.copy()
+    low = [k for k, name in enumerate(MOUTH) if "lower" in name or name.endswith("bottom")]
+    apart[low] += (0, 10)
+    assert opening(marks) + 9 < opening(apart) <= opening(marks) + 10
+
+
+def read(drawing):
+    page = drawing.astype(np.float32) / 255
+    return load_detector().detect(page).mouth
+
+
+def test_laughs_are_open_and_faces_at_rest_are_shut():
+    said = {
+        name: [
+            read(make_sample(SEED, k, 300, "sparse", engine, aus=aus)[0]).opened > 0.5
+            for engine in ("contours", "conventions")
+            for k in range(COUNT // 2)
+        ]
+        for name, aus in (("open", OPENED), ("shut", {}))
+    }
+    assert np.mean(said["open"]) >= 0.9
+    assert np.mean(said["shut"]) <= 0.1
+
+
+def test_rims_are_found_where_they_are_drawn():
+    off, at_rest = [], []
+    for k in range(COUNT):
+        drawing, record = make_sample(SEED, k, 300, "sparse", "contours", aus=OPENED)
+        mouth, there = read(drawing), points_of(record["landmarks"], MOUTH)
+        side = mouth_box(record["landmarks"]).width / SIDE
+        off.append(abs(opening(points_of(mouth.landmarks, MOUTH)) - opening(there)) / side)
+        at_rest.append(abs(opening(there)) / side)
+    assert np.median(off) < 0.2 * np.median(at_rest)
+
+
+def test_a_mirrored_page_gives_the_mirrored_mouth():
+    drawing, record = make_sample(SEED, 1, 300, "sparse", "contours", aus=OPENED)
+    reader = mouth_reader(WEIGHTS, 1)
+    width = drawing.shape[1]
+    page = as_page(drawing.astype(np.float32) / 255)
+    plain = reader.read(page, record["landmarks"], 0.0)
+    swapped = points_of(record["landmarks"], LANDMARKS)
+    order = [LANDMARKS.index(_other(name)) for name in LANDMARKS]
+    marks = dict(zip(LANDMARKS, (swapped[order] * (-1, 1) + (width, 0)).tolist(), strict=True))
+    flipped = reader.read(np.ascontiguousarray(page[:, ::-1]), marks, 0.0)
+    there = points_of(plain.landmarks, MOUTH)[MIRROR] * (-1, 1) + (width, 0)
+    assert points_of(flipped.landmarks, MOUTH) == pytest.approx(there, abs=0.05)
+    assert flipped.opened == pytest.approx(plain.opened, abs=1e-3)
+
+
+def _other(name):
+    return name.replace("left", "#").replace("right", "left").replace("#", "right")
+
+
+def test_a_damaged_description_is_one_sentence(tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(WEIGHTS, folder)
+    about = json.loads((folder / DESCRIPTION).read_text())
+    assert SEED != about["seed"]
+    for text in ("", "{}", json.dumps(about | {"size": 3}), json.dumps(about | {"sha256": "0"})):
+        (folder / DESCRIPTION).write_text(text)
+        with pytest.raises(ValueError, match="install the package again") as said:
+            mouth_reader(folder, 1)
+        assert "\n" not in str(said.value)
+    (folder / DESCRIPTION).unlink()
+    assert mouth_reader(folder, 1) is None
