@@ -60,6 +60,9 @@ below which another place is then bare, how much that takes off, and cells of th
 MOUSTACHE, BESIDE = 0.27, 0.12
 """Ink over the mouth, of all but its emptiest columns, from which on it is a moustache, and beside
 a beard."""
+LOUD, UNLIKELY = 0.25, -5.2
+"""How much more that is where the mouth smiles or is open, whose thick lines and teeth come near to
+the nose where the fit is not quite right; and the log-odds up to which it is no moustache."""
 COLUMN, WIDE = 0.004, 0.024
 """Metres of a column over the mouth, and from the middle to the last."""
 INKED = ((0.03, 0.0022), (0.12, 0.003), (0.3, 0.007), (0.6, 0.014))
@@ -100,12 +103,13 @@ class _Seen:
     odds: NDArray[np.float64]
 
     def zone(self, name: str) -> NDArray[np.bool_]:
-        """(k,) which places of the chin, the jaw or the cheeks are seen."""
+        """(k,) which places of chin, jaw, cheeks or upper lip are seen."""
         along, up = self.place.T
         within = {
             "chin": ~self.above & (along < 0.3) & (up > 0) & (up < 0.038),
             "jaw": ~self.above & (along > 0.3) & (along < 0.75) & (up > 0) & (up < 0.022),
             "cheek": (along > 0.45) & (up > 0.035) & (up < 0.07),
+            "lip": self.above & (np.abs(self.across) < WIDE) & (up < 0.058),
         }[name]
         return within & self.shown
 
@@ -138,10 +142,12 @@ def fit_beard(
     chin, cheek = (seen.mean(name, seen.ink, 0.1) for name in ("chin", "cheek"))
     odds = [seen.mean(name, seen.odds, -5.0) for name in ("chin", "jaw")]
     over = _over_the_mouth(seen)
-    beside = WITH_MOUSTACHE if over > MOUSTACHE else 0.0
+    odds_lip = seen.mean("lip", seen.odds, UNLIKELY)
+    alone = over > MOUSTACHE + LOUD * _is_loud(parameters) and odds_lip > UNLIKELY
+    beside = WITH_MOUSTACHE if alone else 0.0
     less = [_lesser_side(seen, values) for values in (seen.ink, seen.odds)]
     bearded = float(np.dot(BEARDED, (*less, odds[1], cheek, 1.0))) + beside > 0
-    hairy = over > (BESIDE if bearded else MOUSTACHE)
+    hairy = over > BESIDE if bearded else alone
     if not bearded and not hairy:
         return None
     cover = np.zeros((COLUMNS, ROWS))
@@ -221,12 +227,17 @@ def _lesser_side(seen: _Seen, values: NDArray) -> float:
 def _over_the_mouth(seen: _Seen) -> float:
     """Ink between nose and mouth that a quarter of the columns there have less of: a moustache goes
     from side to side, a shadow or the line of a lip does not fill it."""
-    mine = seen.shown & seen.above & (np.abs(seen.across) < WIDE) & (seen.place[:, 1] < 0.058)
+    mine = seen.zone("lip")
     column = np.floor(seen.across[mine] / COLUMN).astype(int)
     column -= column.min(initial=0)
     count = np.bincount(column)
     ink = np.bincount(column, seen.fine[mine])[count >= 3] / count[count >= 3]
     return float(np.quantile(ink, 0.25)) if len(ink) >= 4 else 0.0
+
+
+def _is_loud(parameters: FaceParameters) -> bool:
+    """Whether a mouth smiles or is open."""
+    return any(parameters.aus.get(name, 0.0) > 1 for name in ("smile", "jaw_open"))
 
 
 def _cover(seen: _Seen, odds: float, chin: float, cheek: float) -> NDArray[np.float64]:

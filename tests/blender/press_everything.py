@@ -211,6 +211,7 @@ def corrections() -> None:
     settings().sketch = sketch
     face = press("sketch_to_face.fit")
     press("sketch_to_face.hair", kind="surface")
+    press("sketch_to_face.beard", kind="GOATEE")
     curves = "curves" if bpy.app.version >= (4, 2) else "locks"
     press("sketch_to_face.hair", kind=curves)
     press("sketch_to_face.hair_preset", preset="bob")

@@ -254,3 +254,27 @@ def test_a_forged_beard_is_one_sentence(face):
     said = error_of(lambda: press("AGAIN"))
     assert said.startswith("What is kept of the beard") and "\n" not in said
     assert SimpleNamespace(face=face).face == face
+
+
+@pytest.mark.parametrize("ending", [".glb", ".fbx"])
+def test_it_moves_in_animated_files(empty_blender, rig, tmp_path, ending):
+    from facs_rig.blender.files import write_moving
+
+    face = build_face("Somebody", rig, FaceParameters(identity=WHO))
+    beard = add_beard(face, rig, preset("stubble"))
+    for frame, value in ((1, 0.0), (4, 8.0)):
+        face["jaw_open"] = value
+        face.keyframe_insert('["jaw_open"]', frame=frame)
+    path = tmp_path / f"moving{ending}"
+    write_moving(path, face)
+    assert beard.name == "Somebody Beard" and len(bpy.data.objects) == 3
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    if ending == ".glb":
+        bpy.ops.import_scene.gltf(filepath=str(path))
+    else:
+        bpy.ops.import_scene.fbx(filepath=str(path))
+    again = next(o for o in bpy.data.objects if o.type == "MESH" and "Beard" in o.name)
+    keys = again.data.shape_keys
+    assert "jaw_open" in keys.key_blocks
+    bpy.context.scene.frame_set(4)
+    assert keys.key_blocks["jaw_open"].value > 0.9

@@ -93,6 +93,7 @@ def layout(shell, sketch) -> Layout:
     face = bpy.context.active_object
     face.sketch_to_face.detections["smile"].locked = True
     bpy.ops.sketch_to_face.pin(name="chin", place=(400, 700))
+    bpy.ops.sketch_to_face.beard(kind="GOATEE")
     for kind, method, strokes in (
         ("FILE", "lines", "ignore"),
         ("IMAGE", "shape", "engrave"),

@@ -245,6 +245,7 @@ PRESSED: dict[str, dict | Callable] = {
     "sketch_to_face.fit_again": another_sketch,
     "sketch_to_face.hair": {"kind": "surface"},
     "sketch_to_face.hair_preset": {"preset": "bob"},
+    "sketch_to_face.beard": {"kind": "GOATEE"},
     "sketch_to_face.key_expression": {},
     "sketch_to_face.load_expression": lambda where: {"filepath": expression_file(where)},
     "sketch_to_face.mirror_expression": {},
