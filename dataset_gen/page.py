@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import Camera, FaceRig
 
-from .hair_area import Area
 from .linework.ink import ink
 from .linework.marks import loosen
 from .linework.paper import through, tilt_matrix
@@ -18,6 +18,9 @@ from .linework.strokes import Stroke
 from .linework.style import Style
 from .shading import construction, hatches
 from .tone import graphite, tilted
+
+if TYPE_CHECKING:
+    from .hair_area import Area
 
 
 @dataclass(frozen=True)

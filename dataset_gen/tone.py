@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,12 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from facs_rig import Camera, FaceRig
 
-from .hair_area import Area
 from .linework.paper import grained
 from .linework.style import Style
 from .shading import cell_size, known, light_on, skin_depth
+
+if TYPE_CHECKING:
+    from .hair_area import Area
 
 WITHIN, EDGE = 0.58, 6.0  # of cells of skin, blurred: where shade begins, how soon it is full
 DARKEST = 0.8  # of the deepest shade, where graphite is 1
