@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from facs_rig import CONTROLS, Camera, FaceParameters, FaceRig
 from facs_rig.anatomy import LANDMARKS, bind_from_front, smooth_curve
-from facs_rig.grooves import CREASES
 from facs_rig.common.derived import derived
+from facs_rig.grooves import CREASES
 from facs_rig.mesh import vertex_normals
 from facs_rig.raster import rasterise
 
