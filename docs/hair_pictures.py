@@ -9,7 +9,10 @@ import numpy as np
 from addon.preview import paint
 from addon.sheet import Picture, captioned, grid, seen_from
 from dataset_gen.generate import make_sample
-from facs_rig import Camera, FaceRig, load_rig
+from facs_rig import Camera, FaceParameters, FaceRig, load_rig
+from facs_rig.beard.mesh import beard_mesh
+from facs_rig.beard.presets import PRESETS as BEARDS
+from facs_rig.beard.presets import preset as beard_named
 from facs_rig.hair.cut import Cut
 from facs_rig.hair.mesh import hair_mesh
 from facs_rig.hair.presets import PRESETS, preset
@@ -22,6 +25,7 @@ PEOPLE: Mapping[str, Mapping[str, float]] = {
     "comic": {"gender": 0.3, "eye_size": 1.9, "eye_opening": 1.7, "head_width": 1.2,
               "neck_girth": -1.8, "ear_size": 1.6, "nose_length": -0.6},
 }  # fmt: skip
+CHIN = np.array([[-0.09, -0.13, 0], [0.09, 0.03, 0]])
 FRAME = np.array([[-0.17, -0.20, 0], [0.17, 0.20, 0]])  # metres that a picture shows
 
 
@@ -52,6 +56,21 @@ def drawn_hair(each: int = 2, seed: int = 0, columns: int = 6) -> Picture:
             cell = np.repeat(drawing[:, :, None], 3, axis=2)
             found[hair["preset"]].append(captioned(cell, text, 15))
     return grid([cell for cells in found.values() for cell in cells], columns, gap=6)
+
+
+def beards_of_all_kinds(size: int = SIZE) -> Picture:
+    """Every preset of beards: from the front, in three quarters, and smiling with an open jaw."""
+    rig, who = load_rig(), {"gender": 1.0}
+    rest = rig.neutral(who)
+    laughing = rig.pose(FaceParameters(aus={"smile": 4.0, "jaw_open": 4.0}, identity=who))
+    camera = Camera.framing(CHIN, size, size, 0.0)
+    blocks = []
+    for name in BEARDS:
+        beard = beard_mesh(rig, who, beard_named(name), detail=1.0)
+        seen = [(rest, 0.0), (rest, 40.0), (laughing, 20.0)]
+        row = [paint(rig, seen_from(face, yaw), camera, who, beard=beard) for face, yaw in seen]
+        blocks.append(captioned(np.concatenate(row, axis=1), name.replace("_", " ")))
+    return grid(blocks, 2, gap=8)
 
 
 def picture(

@@ -21,8 +21,8 @@ from fit_pictures import (
     shipped_examples,
     steps_of_both_methods,
 )
+from hair_pictures import beards_of_all_kinds, heads_of_hair
 from hair_pictures import drawn_hair as drawings_of_hair
-from hair_pictures import heads_of_hair
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from sphere_picture import sphere_example
@@ -488,13 +488,18 @@ def hair() -> None:
     save("hair.png", heads_of_hair(people={"": {"gender": 0.2}}))
 
 
+def beards() -> None:
+    """The beards that there are, and that they go with the skin."""
+    save("beards.png", beards_of_all_kinds())
+
+
 def drawn_hair() -> None:
     """Drawings of the data set that wear them."""
     save("drawn_hair.png", drawings_of_hair())
 
 
 PICTURES = {f.__name__: f for f in (controls, creases, *FACE, *DATA, examples, fits, alive, stages,
-                                    sphere, engraved, hair, drawn_hair)}  # fmt: skip
+                                    sphere, engraved, hair, beards, drawn_hair)}  # fmt: skip
 
 
 def main() -> None:
