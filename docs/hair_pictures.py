@@ -25,7 +25,7 @@ PEOPLE: Mapping[str, Mapping[str, float]] = {
     "comic": {"gender": 0.3, "eye_size": 1.9, "eye_opening": 1.7, "head_width": 1.2,
               "neck_girth": -1.8, "ear_size": 1.6, "nose_length": -0.6},
 }  # fmt: skip
-CHIN = np.array([[-0.09, -0.13, 0], [0.09, 0.03, 0]])
+CHIN = np.array([[-0.115, -0.16, 0], [0.115, 0.05, 0]])
 FRAME = np.array([[-0.17, -0.20, 0], [0.17, 0.20, 0]])  # metres that a picture shows
 
 
