@@ -98,9 +98,9 @@ def fit_lines(
     parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
     posed = rig.pose(parameters)
     thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
-    deep = drawn_wrinkles(faces, mane, rig, posed, camera, parameters)
+    deep = round(drawn_wrinkles(faces, mane, rig, posed, camera, parameters), 4)
     seen = {} if thick is None else {"brow_thickness": round(thick, 4)}
-    seen |= {"wrinkles": round(deep, 4)} if deep else {}
+    seen |= {"wrinkles": deep} if deep else {}
     if seen:
         parameters = replace(parameters, identity={**parameters.identity, **seen})
         posed = rig.pose(parameters)
