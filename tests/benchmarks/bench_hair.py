@@ -1,6 +1,6 @@
 """How well a head of hair is found again from where it lies on a page, and how long that takes.
 
-    python -m tests.benchmarks.bench_hair [--heads 100] [--seed 0]
+    python -m tests.benchmarks.bench_hair [--heads 100] [--seed 0] [--drawn]
 
 People with the presets' cuts, two in three of them varied, in any view up to 40 degrees. The hair's
 region is given, what is measured is the cut alone: the overlap of true and refitted hair
@@ -27,8 +27,12 @@ from scipy.spatial import ConvexHull  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from addon.pipeline import fit  # noqa: E402
+from dataset_gen.generate import make_sample  # noqa: E402
+from dataset_gen.hairdo import Hairdo  # noqa: E402
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig, rasterise  # noqa: E402
 from facs_rig.common.box import Box  # noqa: E402
+from facs_rig.common.errors import InputError  # noqa: E402
 from facs_rig.hair.cut import ANGLES, Cut  # noqa: E402
 from facs_rig.hair.head import WIDEST, head_of  # noqa: E402
 from facs_rig.hair.mesh import HairMesh, hair_mesh  # noqa: E402
@@ -129,11 +133,59 @@ def measure(name: str, vary: bool, rng: np.random.Generator) -> tuple[float, ...
     )
 
 
+def measure_drawn(seed: int, index: int) -> tuple[str, float, float] | None:
+    """The preset that a drawing of the data set wears, and the overlap in its view and from the
+    side; 0 where none was found, None where no face was."""
+    drawing, record = make_sample(seed, index, 480, hair=1.0)
+    try:
+        face = fit((drawing / 255).astype(np.float32))
+    except InputError:
+        return None
+    worn = Hairdo.from_json(record["hair"])
+    if face.cut is None:
+        return worn.preset, 0.0, 0.0
+    page = Image.new("1", drawing.shape[::-1])
+    for polygon in record["regions"]["hair"]:
+        ImageDraw.Draw(page).polygon(np.ravel(polygon).tolist(), fill=1)
+    rig, who = load_rig(), record["identity"]
+    ours = hair_mesh(face.rig, face.parameters.identity, face.cut, "surface")
+    camera = replace(face.camera, width=drawing.shape[1], height=drawing.shape[0])
+    seen = shown(ours, face.vertices, camera)
+    side = rig.pose(FaceParameters(identity=who, head=(np.pi / 2, 0.0, 0.0)))
+    both = [hair_mesh(rig, who, cut, "surface") for cut in (worn.cut(), face.cut)]
+    beside = Camera.framing(np.concatenate([side, both[0].on(side)]), WIDTH, HEIGHT, 0.03)
+    return (
+        worn.preset,
+        overlap(np.asarray(page), seen),
+        overlap(*(shown(hair, side, beside) for hair in both)),
+    )
+
+
+def drawn_heads(heads: int, seed: int) -> None:
+    found = [row for k in range(heads) if (row := measure_drawn(seed, k)) is not None]
+    for name in PRESETS:
+        rows = [row[1:] for row in found if row[0] == name]
+        if rows:
+            same, side = np.mean(rows, axis=0)
+            print(f"{name:14} {len(rows):3} drawn  same view {same:.3f}  side {side:.3f}")
+    table = np.array([row[1:] for row in found])
+    seen = table[table[:, 0] > 0]
+    print(
+        f"{len(table)} drawn heads: same view {table[:, 0].mean():.3f},"
+        f" side {table[:, 1].mean():.3f}; {len(seen)} of them with hair that was found:"
+        f" {seen[:, 0].mean():.3f}, {seen[:, 1].mean():.3f}"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--heads", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--drawn", action="store_true")
     options = parser.parse_args()
+    if options.drawn:
+        drawn_heads(options.heads, options.seed)
+        return
     rng, names = np.random.default_rng(options.seed), list(PRESETS)
     found: dict[str, list[tuple[float, ...]]] = {name: [] for name in names}
     for k in range(options.heads):
