@@ -18,7 +18,7 @@ from facs_rig.beard.mesh import BeardMesh, beard_mesh
 from facs_rig.blender.armature import armature_of, to_blender
 from facs_rig.blender.arrays import make_mesh, write_map
 from facs_rig.blender.beard_nodes import MODIFIER, SKULL, followed, following
-from facs_rig.blender.hair import MAP, SHADE, colour_of, hair_material, set_colour
+from facs_rig.blender.hair import MADE_IN, MAP, SHADE, discard_worn, exchange_mesh, hair_material
 from facs_rig.blender.pose import identity_of, rig_of
 from facs_rig.common.errors import InputError
 from facs_rig.rig import FaceRig
@@ -30,7 +30,6 @@ __all__ = [
 
 MARK, VERSION = "facs_beard", 1  # property of the beard object: version of its make-up
 KEPT = "facs_beard_kept"  # property of the beard object and of its face
-MADE_IN = "facs_beard_colour"  # property of the beard object: its colour as it was made
 MATERIAL = "Beard"
 # Attributes of the vertices: see facs_rig.beard.follow.Bound.
 INDEX, ANCHOR = ("root_0", "root_1", "root_2"), ("by_0", "by_1", "by_2")
@@ -119,7 +118,7 @@ def grow(
         mesh.materials.append(_material(made.colour))
         beard.parent = armature
     else:
-        _exchange(beard, mesh, made.colour)
+        exchange_mesh(beard, mesh, made.colour, _material)
     if beard.modifiers.get(MODIFIER) is None or followed(beard) is None:
         following(beard, face)
     beard[MARK], beard[MADE_IN] = VERSION, list(made.colour)
@@ -139,16 +138,11 @@ def remove_beard(face: bpy.types.Object) -> None:
     beard = beard_of(face)
     if beard is None:
         return
-    mesh, materials = beard.data, [m for m in beard.data.materials if m is not None]
-    groups = [m.node_group for m in beard.modifiers if m.type == "NODES" and m.node_group]
-    bpy.data.objects.remove(beard)
-    for data, homes in (
-        ([mesh], bpy.data.meshes), (set(materials), bpy.data.materials),
-        (set(groups), bpy.data.node_groups),
-    ):  # fmt: skip
-        for thing in data:
-            if not thing.users:
-                homes.remove(thing)
+    groups = {m.node_group for m in beard.modifiers if m.type == "NODES" and m.node_group}
+    discard_worn(beard)
+    for group in groups:
+        if not group.users:
+            bpy.data.node_groups.remove(group)
 
 
 def bound_of(beard: bpy.types.Object) -> Bound | None:
@@ -220,19 +214,3 @@ def _material(colour: tuple[float, float, float]) -> bpy.types.Material:
     material = hair_material(colour)
     material.name = MATERIAL
     return material
-
-
-def _exchange(beard: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
-    """Give a beard another mesh with the materials of its old one."""
-    old, painted, first = beard.data, colour_of(beard), beard.get(MADE_IN)
-    for material in old.materials:
-        mesh.materials.append(material)
-    if not len(mesh.materials):
-        mesh.materials.append(_material(colour))
-    beard.data = mesh
-    if painted is not None and first is not None and np.allclose(painted, first, atol=1e-6):
-        set_colour(beard, colour)
-    if not old.users:
-        name = old.name
-        bpy.data.meshes.remove(old)
-        mesh.name = name

@@ -7,7 +7,7 @@ be made anew. Hair of the kind `curves` has strands over the mesh (facs_rig.blen
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import bpy
@@ -45,7 +45,7 @@ __all__ = [
 CUT, KIND = "facs_hair_cut", "facs_hair_kind"  # properties of the hair object and of its face
 LENGTH, VOLUME = "facs_hair_length", "facs_hair_volume"  # of the face: how the cut is combed
 DRAWN = "facs_hair_drawn"  # of the face: the cut that was drawn, while it wears another
-MADE_IN = "facs_hair_colour"  # property of the hair object: its colour as it was made
+MADE_IN = "facs_hair_colour"  # property of what is worn: its colour as it was made
 SHADE = "shade"  # attribute of the vertices: what the colour is multiplied by
 COLOUR_NODE = "Hair"  # label of the node with the colour
 COLOUR_NODES = (COLOUR_NODE, "Hat")
@@ -162,7 +162,7 @@ def wear(
         mesh.materials.append(hair_material(made.colour))
         hair.parent = armature
     else:
-        exchange_mesh(hair, mesh, made.colour)
+        exchange_mesh(hair, mesh, made.colour, hair_material)
     hang(hair, armature)
     hair[MARK], hair[MADE_IN] = VERSION, list(made.colour)
     hair[KIND], hair[CUT], face[CUT] = made.kind, kept, kept
@@ -250,16 +250,22 @@ def worn_mesh(name: str, made: HairMesh | HatMesh, identity: Mapping[str, float]
     return mesh
 
 
-def exchange_mesh(hair: bpy.types.Object, mesh: bpy.types.Mesh, colour: tuple) -> None:
-    """Give hair another mesh with the materials of its old one."""
-    old, painted, first = hair.data, colour_of(hair), hair.get(MADE_IN)
-    for material in old.materials:
-        mesh.materials.append(material)
+def exchange_mesh(
+    thing: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    colour: tuple[float, float, float],
+    material: Callable[[tuple[float, float, float]], bpy.types.Material],
+) -> None:
+    """Give what a face wears another mesh with the materials of its old one, and its new colour
+    unless somebody has changed that. material : makes one where there is none any more"""
+    old, painted, first = thing.data, colour_of(thing), thing.get(MADE_IN)
+    for kept in old.materials:
+        mesh.materials.append(kept)
     if not len(mesh.materials):
-        mesh.materials.append(hair_material(colour))
-    hair.data = mesh
+        mesh.materials.append(material(colour))
+    thing.data = mesh
     if painted is not None and first is not None and np.allclose(painted, first, atol=1e-6):
-        set_colour(hair, colour)
+        set_colour(thing, colour)
     if not old.users:
         name = old.name
         bpy.data.meshes.remove(old)

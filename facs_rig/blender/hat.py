@@ -9,6 +9,7 @@ import bpy
 
 from facs_rig.blender.armature import armature_of
 from facs_rig.blender.hair import (
+    MADE_IN,
     discard_worn,
     exchange_mesh,
     hair_material,
@@ -20,8 +21,6 @@ from facs_rig.common.errors import InputError
 from facs_rig.hair.hat import ROUGHNESS, HatMesh
 
 __all__ = ["hat_of", "put_on", "take_off"]
-
-MADE_IN = "facs_hair_colour"  # property of the object: its colour as it was made
 
 
 def put_on(
@@ -44,10 +43,10 @@ def put_on(
     mesh = worn_mesh(name, made, identity)
     if hat is None:
         hat = bpy.data.objects.new(name, mesh)
-        mesh.materials.append(hair_material(made.colour, "Hat", ROUGHNESS))
+        mesh.materials.append(_material(made.colour))
         hat.parent = armature
     else:
-        exchange_mesh(hat, mesh, made.colour)
+        exchange_mesh(hat, mesh, made.colour, _material)
     hang(hat, armature)
     hat[HAT_MARK], hat[MADE_IN] = VERSION, list(made.colour)
     if not hat.users_collection:
@@ -62,3 +61,7 @@ def take_off(face: bpy.types.Object) -> None:
     check_hair(face)
     if (hat := hat_of(face)) is not None:
         discard_worn(hat)
+
+
+def _material(colour: tuple[float, float, float]) -> bpy.types.Material:
+    return hair_material(colour, "Hat", ROUGHNESS)

@@ -24,7 +24,7 @@ from facs_rig.hair.shell import shell_on
 
 from .gathered import gathered
 from .region import PageHair
-from .sight import Outline, Sight
+from .sight import Outline, Sight, bilinear
 
 __all__ = ["fit_cut"]
 
@@ -296,7 +296,7 @@ def _thickness(
     """(48, STEPS) metres with which a cut's surface ends where the region does."""
     hair = shell_on(sight.head, cut)
     azimuth, share, short, known = sight.shortfall(hair, outline)
-    grid = _bilinear(azimuth, share)
+    grid = bilinear(azimuth, share, STEPS)
     taper = _taper(falls).ravel()
     rows = grid * taper
     now = rows @ thick.ravel()
@@ -309,19 +309,6 @@ def _thickness(
     solved = np.linalg.solve(matrix, rows.T @ wanted + loose * typical)
     low = THIN - 0.02 * falls[:, None] * (np.linspace(0, 1, STEPS) > 0.6)
     return np.clip(solved.reshape(AZIMUTHS, STEPS), low, THICK)
-
-
-def _bilinear(azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
-    """(m, 48 STEPS) weights of a cut's thickness at places of its surface."""
-    column, step = azimuth * AZIMUTHS / (2 * np.pi), share * (STEPS - 1)
-    left, low = np.floor(column).astype(int), np.minimum(step.astype(int), STEPS - 2)
-    across, up = column - left, step - low
-    out = np.zeros((len(azimuth), AZIMUTHS, STEPS))
-    m = np.arange(len(azimuth))
-    for i, a in ((left, 1 - across), (left + 1, across)):
-        for j, b in ((low, 1 - up), (low + 1, up)):
-            out[m, i % AZIMUTHS, j] += a * b
-    return out.reshape(len(azimuth), -1)
 
 
 @lru_cache(maxsize=1)

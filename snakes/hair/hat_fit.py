@@ -22,7 +22,7 @@ from facs_rig.hair.head import Head, head_of
 
 from .cut_fit import EYES, LIDS, fit_cut
 from .region import ROWS, PageHair
-from .sight import Outline, Sight
+from .sight import Outline, Sight, bilinear
 
 __all__ = ["fit_hat"]
 
@@ -207,7 +207,7 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
     for _ in range(ROUNDS):
         surface = crown_on(sight.head, Hat(edge, thick, none))
         azimuth, share, short, known = sight.shortfall(surface, outline)
-        grid = _bilinear(azimuth, share)
+        grid = bilinear(azimuth, share, STEPS)
         now = grid @ thick.ravel()
         # Below the rim another line ends the region, beside it a brim may.
         known = known & (short > -0.1)
@@ -218,19 +218,6 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
         thick = around @ (usual + solved.reshape(usual.shape))
         thick = np.clip(thick, THIN, HIGH)
     return thick
-
-
-def _bilinear(azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
-    """(m, 48 STEPS) weights of a crown's thickness at places of its surface."""
-    column, step = azimuth * AZIMUTHS / (2 * np.pi), share * (STEPS - 1)
-    left, low = np.floor(column).astype(int), np.minimum(step.astype(int), STEPS - 2)
-    across, up = column - left, step - low
-    out = np.zeros((len(azimuth), AZIMUTHS, STEPS))
-    m = np.arange(len(azimuth))
-    for i, a in ((left, 1 - across), (left + 1, across)):
-        for j, b in ((low, 1 - up), (low + 1, up)):
-            out[m, i % AZIMUTHS, j] += a * b
-    return out.reshape(len(azimuth), -1)
 
 
 # --- the brim ------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from scipy.ndimage import grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.curves import head_frame
-from facs_rig.hair.cut import ANGLES
+from facs_rig.hair.cut import ANGLES, AZIMUTHS
 from facs_rig.hair.head import WIDEST, Head
 from facs_rig.hair.shell import Shell
 
@@ -291,3 +291,19 @@ def _between(values: NDArray, at: NDArray, axis: int) -> NDArray[np.float64]:
     low = np.minimum(at.astype(int), values.shape[axis] - 2)
     share = np.expand_dims(at - low, tuple(k for k in range(values.ndim) if k != axis))
     return np.take(values, low, axis) * (1 - share) + np.take(values, low + 1, axis) * share
+
+
+def bilinear(azimuth: NDArray, share: NDArray, steps: int) -> NDArray[np.float64]:
+    """(m, 48 steps) weights of a thickness, at `cut.ANGLES` by equal steps, at places of a surface.
+
+    azimuth : (m,) radians;  share : (m,) 0..1 of the way down it
+    """
+    column, step = azimuth * AZIMUTHS / (2 * np.pi), share * (steps - 1)
+    left, low = np.floor(column).astype(int), np.minimum(step.astype(int), steps - 2)
+    across, up = column - left, step - low
+    out = np.zeros((len(azimuth), AZIMUTHS, steps))
+    m = np.arange(len(azimuth))
+    for i, a in ((left, 1 - across), (left + 1, across)):
+        for j, b in ((low, 1 - up), (low + 1, up)):
+            out[m, i % AZIMUTHS, j] += a * b
+    return out.reshape(len(azimuth), -1)

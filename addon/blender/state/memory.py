@@ -1,6 +1,7 @@
 """What a face keeps: its sketch, what was read from it, what the artist decided, who it is."""
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import replace
 
 import bpy
@@ -101,28 +102,32 @@ def exaggerate(memory_of, much: float) -> None:
             caricature.show(face, much)
 
 
-def hair_colour(face) -> tuple[float, float, float]:
-    """Linear RGB; black for a face without hair."""
-    hair = hair_of(face)
-    return (hair is not None and colour_of(hair)) or (0.0, 0.0, 0.0)
+def _colour_property(name: str, about: str, worn_as: Callable):
+    """A colour of what a face wears, linear RGB; black, and not to be set, where it wears none.
 
+    worn_as : face -> the object, or None
+    """
 
-def beard_colour(face) -> tuple[float, float, float]:
-    """Linear RGB; black for a face without a beard."""
-    beard = beard_of(face)
-    return (beard is not None and colour_of(beard)) or (0.0, 0.0, 0.0)
+    def shown(self) -> tuple[float, float, float]:
+        thing = worn_as(self.id_data)
+        return (thing is not None and colour_of(thing)) or (0.0, 0.0, 0.0)
 
+    def put(self, colour) -> None:
+        face = self.id_data
+        if face.override_library is None and (thing := worn_as(face)) is not None:
+            set_colour(thing, tuple(colour))
 
-def colour_beard(face, colour) -> None:
-    """Give the beard, if there is any, another colour."""
-    if face.override_library is None and (beard := beard_of(face)) is not None:
-        set_colour(beard, tuple(colour))
-
-
-def colour_hair(face, colour) -> None:
-    """Give the hair, if there is any, another colour."""
-    if face.override_library is None and (hair := hair_of(face)) is not None:
-        set_colour(hair, tuple(colour))
+    return FloatVectorProperty(
+        name=name,
+        description=about,
+        size=3,
+        subtype="COLOR",
+        min=0.0,
+        max=1.0,
+        options=set(),
+        get=shown,
+        set=put,
+    )
 
 
 def _style_property(name: str, about: str):
@@ -288,16 +293,8 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         get=lambda self: caricature.shown(self.id_data),
         set=lambda self, much: exaggerate(self, much),
     )
-    hair_colour: FloatVectorProperty(
-        name="Hair Color",
-        description="Of the hair as a whole; its shades are darker and lighter",
-        size=3,
-        subtype="COLOR",
-        min=0.0,
-        max=1.0,
-        options=set(),
-        get=lambda self: hair_colour(self.id_data),
-        set=lambda self, colour: colour_hair(self.id_data, colour),
+    hair_colour: _colour_property(
+        "Hair Color", "Of the hair as a whole; its shades are darker and lighter", hair_of
     )
     hair_length: _style_property(
         "length",
@@ -308,16 +305,10 @@ class SKETCHTOFACE_PG_face(sources.SketchChoice, bpy.types.PropertyGroup):
         "How thick the hair is, 1 as drawn. The hair is made anew: what you have changed on it "
         "goes",
     )
-    beard_colour: FloatVectorProperty(
-        name="Beard Color",
-        description="Of the beard as a whole; single hairs are darker and lighter",
-        size=3,
-        subtype="COLOR",
-        min=0.0,
-        max=1.0,
-        options=set(),
-        get=lambda self: beard_colour(self.id_data),
-        set=lambda self, colour: colour_beard(self.id_data, colour),
+    beard_colour: _colour_property(
+        "Beard Color",
+        "Of the beard as a whole; single hairs are darker and lighter",
+        beard_of,
     )
     strokes: StringProperty(
         name="Strokes", description="What became of strokes without a place when it was fitted"
