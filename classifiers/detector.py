@@ -17,7 +17,7 @@ from facs_rig.common.images import area_resample
 from .conflicts import resolve
 from .detection import CLOSE, Detection
 from .finding import Face, echo, faces_on, squared, widened
-from .head import head_reader
+from .head import WHO, head_reader
 from .labels import ACTIVE, FULL, mirror_order
 from .mask import Mask
 from .mouth import mouth_reader
@@ -136,7 +136,16 @@ class Detector:
         if self._mouth:
             found = replace(found, mouth=self._mouth.read(page, found.landmarks, turn))
         if self._head:
-            found = replace(found, mask=self._head.read(page, found.landmarks, turn))
+            head = self._head.read(page, found.landmarks, turn)
+            person = dict(found.person)
+            for name, told in zip(WHO, head.person, strict=True):
+                looks = [told[None]]
+                if name in person:
+                    mean, spread = person[name]
+                    looks.append(np.array([[mean, np.log(spread)]]))
+                mean, spread = together(*looks)[0].tolist()
+                person[name] = mean, float(np.exp(spread))
+            found = replace(found, mask=head.mask, person=person)
         return found
 
     def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:

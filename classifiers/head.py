@@ -10,10 +10,12 @@ the same trunk, whose earlier, finer layers are heard as well on the way back to
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
@@ -32,6 +34,16 @@ SIZE = 160
 """Pixels to a side of the crop."""
 CELLS = 80
 """Cells to a side of the answer."""
+WHO = ("gender", "age")
+"""Of identity, what hair and beard tell as well as the face."""
+
+
+@dataclass(frozen=True, eq=False)
+class Head:
+    """mask : what lies where      person : of WHO the mean and the log of the spread, (p, 2)"""
+
+    mask: Mask
+    person: NDArray[np.float64]
 
 
 def head_box(landmarks: Mapping[str, tuple[float, float]], turn: float = 0.0) -> Box:
@@ -51,15 +63,15 @@ class HeadReader:
     def __init__(self, session: Any) -> None:
         self._session = session
 
-    def read(self, page: Floats, landmarks: Mapping[str, tuple[float, float]], turn: float) -> Mask:
-        """What lies where around a face with these landmarks on a page of ink (h, w), in its
-        pixels: the mean of a crop's answer and of its mirror image's, mirrored back."""
+    def read(self, page: Floats, landmarks: Mapping[str, tuple[float, float]], turn: float) -> Head:
+        """The head of a face with these landmarks on a page of ink (h, w), in its pixels: the mean
+        of a crop's answer and of its mirror image's, mirrored back."""
         box = head_box(landmarks, turn)
         crop = even_ink(area_resample(page, box, SIZE))
-        (logits,) = self._session.run(
-            ["regions"], {"ink": np.stack([crop, crop[:, ::-1]])[:, None]}
-        )
-        return Mask(box, sigmoid((logits[0] + logits[1, :, :, ::-1]) / 2))
+        both = np.stack([crop, crop[:, ::-1]])[:, None]
+        logits, who = self._session.run(["regions", "who"], {"ink": both})
+        mask = Mask(box, sigmoid((logits[0] + logits[1, :, :, ::-1]) / 2))
+        return Head(mask, who.mean(axis=0).astype(float))
 
 
 def head_reader(folder: Path, threads: int) -> HeadReader | None:

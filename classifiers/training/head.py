@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import math
 import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -27,7 +28,7 @@ from dataset_gen.generate import make_sample
 from facs_rig import LANDMARKS
 from facs_rig.common.images import area_resample
 
-from ..head import CELLS, NAME, SIZE, head_box
+from ..head import CELLS, NAME, SIZE, WHO, head_box
 from ..labels import REGIONS
 from ..preprocess import even_ink
 from ..runtime import WEIGHTS
@@ -52,7 +53,6 @@ PAGES = (256, 448)  # px, the sides of pages
 CONTOURS, HAIRED = 0.5, 0.85  # of the pages, those drawn by contours, and those with hair of these
 SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
-WHO = ("gender", "age")
 TOLD = 0.2  # weight of who is drawn
 WEIGHTED = {"hat": 2.0, "beard": 1.5}
 
@@ -134,6 +134,8 @@ class HeadNetwork(nn.Module):
             nn.Flatten(), nn.Linear(24 * (SIZE // 32) ** 2, 64), nn.ReLU(inplace=True),
             nn.Dropout(0.2), nn.Linear(64, 2 * len(WHO)),
         )  # fmt: skip
+        # By what its spreads must be multiplied to be true of held-out drawings, as logarithms.
+        self.register_buffer("doubt", torch.zeros(len(WHO)))
         self.coarse = block(coarse, 64)
         self.middle = block(64 + middle, 48)
         self.fine = block(48 + fine, 32)
@@ -155,7 +157,8 @@ class HeadNetwork(nn.Module):
         x = F.relu(self.coarse(coarse) + self.whole(coarse))
         x = self.middle(torch.cat([F.interpolate(x, scale_factor=2.0), middle], dim=1))
         x = self.fine(torch.cat([F.interpolate(x, scale_factor=2.0), fine], dim=1))
-        who = self.who(coarse).unflatten(1, (len(WHO), 2))
+        mean, spread = self.who(coarse).unflatten(1, (len(WHO), 2)).unbind(dim=2)
+        who = torch.stack([mean + 0.5, spread.clamp(-4, 2) - 1 + self.doubt], dim=2)
         return F.pixel_shuffle(self.answer(x), 2), who
 
 
@@ -165,8 +168,7 @@ def loss_of(
     """Cross entropy of each cell, and one less how far regions overlap (Milletari et al. 2016,
     "V-Net"), of those that are told of; and how unlikely (log) the person is."""
     logits, (mean, spread) = answer[0], answer[1].unbind(dim=2)
-    spread = spread.clamp(-4, 2) - 1
-    unlikely = (0.5 * ((mean + 0.5 - who) / spread.exp()) ** 2 + spread).mean()
+    unlikely = (0.5 * ((mean - who) / spread.exp()) ** 2 + spread).mean()
     weight = torch.tensor([WEIGHTED.get(name, 1.0) for name in REGIONS])
     each = F.binary_cross_entropy_with_logits(logits, found, reduction="none").mean(dim=(2, 3))
     share = logits.sigmoid()
@@ -222,11 +224,11 @@ def figures(network: HeadNetwork, looks: Looks) -> dict[str, float]:
     network.eval()
     both, either, true, seen, told, people = [], [], [], [], [], []
     with torch.no_grad():
-        for rows in np.array_split(np.arange(HELD_OUT), HELD_OUT // 32):
+        for rows in np.array_split(np.arange(HELD_OUT), -(-HELD_OUT // 32)):
             ink, found, known, who = looks.at(rows)
             answer = network(ink.contiguous(memory_format=torch.channels_last))
             said = answer[0] > 0
-            people.append(torch.stack([answer[1][:, :, 0], who]))
+            people.append(torch.stack([*answer[1].unbind(dim=2), who]))
             yes = found > 0.5
             both.append((said & yes).sum(dim=(2, 3)))
             either.append((said | yes).sum(dim=(2, 3)))
@@ -238,11 +240,15 @@ def figures(network: HeadNetwork, looks: Looks) -> dict[str, float]:
     out = {}
     for r, name in enumerate(REGIONS):
         has, none = k[:, r] & (t[:, r] >= least), k[:, r] & (t[:, r] == 0)
-        out[name] = round(float((b[has, r] / np.maximum(e[has, r], 1)).mean()), 4)
-        out[f"{name}_false"] = round(float((s[none, r] >= least).mean()), 4) if none.any() else 0.0
-    read, true = torch.cat(people, dim=1).numpy()
+        if has.any():
+            out[name] = round(float((b[has, r] / np.maximum(e[has, r], 1)).mean()), 4)
+        if none.any():
+            out[f"{name}_false"] = round(float((s[none, r] >= least).mean()), 4)
+    read, spread, true = torch.cat(people, dim=1).numpy()
+    far = np.sqrt((((read - true) / np.exp(spread)) ** 2).mean(axis=0))
     for k, name in enumerate(WHO):
         out[name] = round(float(np.corrcoef(read[:, k], true[:, k])[0, 1]), 4)
+        out[f"{name}_spread"] = round(float(far[k]), 4)
     return out
 
 
@@ -269,11 +275,11 @@ def learn(
         network.load_state_dict(saved["network"])
         optimiser.load_state_dict(saved["optimiser"])
         step, spent = saved["step"], saved["spent"]
-    begun = time.monotonic() - spent
+    count, begun = looks.refresh(), time.monotonic() - spent
     while (share := (time.monotonic() - begun) / (60 * minutes)) < 1:
         if not step % 200:
             count = looks.refresh()
-        rate = RATE * min(1.0, (step + 1) / 200) * 0.5 * (1 + np.cos(np.pi * share))
+        rate = RATE * min(1.0, (step + 1) / 200) * 0.5 * (1 + math.cos(math.pi * share))
         for group in optimiser.param_groups:
             group["lr"] = rate * group["share"]
         ink, found, known, who = looks.at(rng.integers(HELD_OUT, count, BATCH))
@@ -291,10 +297,12 @@ def learn(
             told = time.monotonic()
             log.info("%5.1f min, step %d, of %d looks, loss %.4f, %s", share * minutes, step, count,
                      total / (1 - 0.98**step), figures(network, looks))  # fmt: skip
-            spent = time.monotonic() - begun
             state = {"network": network.state_dict(), "optimiser": optimiser.state_dict()}
+            spent = time.monotonic() - begun
             torch.save(state | {"step": step, "spent": spent}, checkpoint)
-    return network, {"steps": step, "looks": count, **figures(network, looks)}
+    found = figures(network, looks)
+    network.doubt += torch.tensor([math.log(found[f"{name}_spread"]) for name in WHO])
+    return network, {"steps": step, "looks": looks.refresh(), **found}
 
 
 def write(network: HeadNetwork, about: dict, out: Path) -> None:
@@ -327,9 +335,9 @@ def main() -> None:
         Looks(options.looks), options.minutes, options.jobs, options.seed, checkpoint
     )
     log.info("%s", held_out)
-    write(
-        network, {"pages": options.pages, "seed": options.seed, "held_out": held_out}, options.out
-    )
+    pages_seen = held_out["looks"] // LOOKS
+    about = {"pages": pages_seen, "seed": options.seed, "held_out": held_out}
+    write(network, about, options.out)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,10 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from classifiers.head import CELLS, SIZE  # noqa: E402
+from classifiers.head import CELLS, SIZE, WHO, head_reader  # noqa: E402
 from classifiers.labels import REGIONS  # noqa: E402
-from classifiers.training import closer, head  # noqa: E402
+from classifiers.runtime import WEIGHTS  # noqa: E402
+from classifiers.training import closer, exported, head  # noqa: E402
 from classifiers.training.augment import Names  # noqa: E402
 from facs_rig import LANDMARKS  # noqa: E402
 from facs_rig.common.box import Box  # noqa: E402
@@ -60,3 +61,28 @@ def test_drawing_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert found.shape == (2, len(REGIONS), CELLS, CELLS) and set(found.unique().tolist()) <= {0, 1}
     direct = head.page_of(77_000_000, 1, Names.of((), LANDMARKS))
     assert np.array_equal(found[1].numpy().astype(bool), direct[1][1])
+
+
+def test_learning_goes_on_from_a_checkpoint_and_is_written(tmp_path, monkeypatch):
+    for name, value in (("CHUNK", 3), ("HELD_OUT", 4), ("BATCH", 2)):
+        monkeypatch.setattr(head, name, value)
+    head.pages(77_000_000, tmp_path, 0)
+    checkpoint = tmp_path / "checkpoint.pt"
+    steps = []
+    for minutes in (0.02, 0.06):
+        looks = head.Looks(tmp_path)
+        network, about = head.learn(looks, minutes, 1, 0, checkpoint)
+        steps.append(about["steps"])
+    saved = torch.load(checkpoint, weights_only=True)
+    assert 0 < saved["step"] and steps[0] < steps[1]
+    before = exported.opened(WEIGHTS)[0].trunk.state_dict()
+    after = network.trunk.state_dict()
+    kept = [name for name in before if name.startswith(("stem.", "blocks.0.", "blocks.1."))]
+    assert all(torch.equal(before[name], after[name]) for name in kept)
+    head.write(network, {"pages": 3, "seed": 0, "held_out": about}, tmp_path)
+    reader = head_reader(tmp_path, 1)
+    ink, *_ = looks.at(np.arange(2))
+    marks = {name: (80.0 + 9 * np.cos(k), 80.0 + 9 * np.sin(k)) for k, name in enumerate(LANDMARKS)}
+    found = reader.read(ink[0, 0].numpy(), marks, 0.0)
+    assert found.mask.shares.shape == (len(REGIONS), CELLS, CELLS)
+    assert found.person.shape == (len(WHO), 2) and np.isfinite(found.person).all()
