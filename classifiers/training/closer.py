@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -48,11 +49,14 @@ def write(
 ) -> None:
     """NAME.onnx and NAME.json of a network that looks at crops of ink (b, 1, size, size)."""
     path = out / f"{name}.onnx"
-    torch.onnx.export(
-        network.eval().cpu(), (torch.zeros(2, 1, size, size),), str(path), dynamo=False,
-        opset_version=17, input_names=["ink"], output_names=list(outputs),
-        dynamic_axes={each: {0: "batch"} for each in ("ink", *outputs)},
-    )  # fmt: skip
+    with warnings.catch_warnings():
+        # As in `export`: the older exporter needs no further package.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.onnx.export(
+            network.eval().cpu(), (torch.zeros(2, 1, size, size),), str(path), dynamo=False,
+            opset_version=17, input_names=["ink"], output_names=list(outputs),
+            dynamic_axes={each: {0: "batch"} for each in ("ink", *outputs)},
+        )  # fmt: skip
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     told = json.dumps({"size": size, "sha256": digest, **about}, indent=1)
     (out / f"{name}.json").write_text(told + "\n", encoding="utf-8")
