@@ -54,7 +54,8 @@ CONTOURS, HAIRED = 0.5, 0.85  # of the pages, those drawn by contours, and those
 SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
 TOLD = 0.2  # weight of who is drawn
-WEIGHTED = {"hat": 2.0, "beard": 1.5}
+WEIGHTED = {"hat": 2.0, "beard": 2.0}
+RARE, AGAIN = ("beard", "hat"), 3  # looks at these are taken so many times as often as others
 
 
 def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
@@ -193,6 +194,7 @@ class Looks:
     def __init__(self, folder: Path) -> None:
         self.folder, self.seen = folder, set[Path]()
         self.parts: list[tuple[Tensor, ...]] = []
+        self.lots = np.zeros(0, np.intp)
 
     def refresh(self) -> int:
         """Read what is new; -> how many looks there are."""
@@ -203,7 +205,17 @@ class Looks:
                     names = ("ink", "found", "told", "who")
                     self.parts.append(tuple(torch.from_numpy(stored[name]) for name in names))
         self.starts = np.cumsum([0, *(len(part[0]) for part in self.parts)])
-        return int(self.starts[-1])
+        count = int(self.starts[-1])
+        rare = [REGIONS.index(name) for name in RARE]
+        seldom = [part[1][:, rare].flatten(1).any(dim=1).numpy() for part in self.parts]
+        times = np.where(np.concatenate(seldom), AGAIN, 1) if seldom else np.zeros(0, int)
+        times[:HELD_OUT] = 0
+        self.lots = np.repeat(np.arange(count), times)
+        return count
+
+    def some(self, count: int, rng: np.random.Generator) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """So many by lot of those that are not held out, as `at` gives them."""
+        return self.at(rng.choice(self.lots, count))
 
     def at(self, rows: NDArray) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Ink (b, 1, s, s) and regions (b, r, c, c) as floats, which are told of (b, r), and who
@@ -282,7 +294,7 @@ def learn(
         rate = RATE * min(1.0, (step + 1) / 200) * 0.5 * (1 + math.cos(math.pi * share))
         for group in optimiser.param_groups:
             group["lr"] = rate * group["share"]
-        ink, found, known, who = looks.at(rng.integers(HELD_OUT, count, BATCH))
+        ink, found, known, who = looks.some(BATCH, rng)
         ink, found = changed(ink, found)
         network.train()
         answer = network(ink.contiguous(memory_format=torch.channels_last))
