@@ -63,7 +63,9 @@ WEIGHTED = {"hat": 2.0, "beard": 2.0}
 RARE, AGAIN = ("beard", "hat"), 3
 
 
-def dressed(ink: NDArray, marks: NDArray, kept: NDArray[np.bool_], rng: np.random.Generator):
+def dressed(
+    ink: NDArray, marks: NDArray, kept: NDArray[np.bool_], rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """A page (h, w) uint8 with clothes below the neck that are inked as hair is: black, grey, in
     strokes one way or both.
 
