@@ -23,6 +23,7 @@ from facs_rig.beard.follow import axes_of
 from facs_rig.beard.presets import FULL, UNDER, preset, rimmed
 from facs_rig.common.images import area_resample
 
+from .beard_strokes import leans_in
 from .region import At, PageHair
 from .texture import strokes_in, texture_of, tone_of
 
@@ -165,7 +166,9 @@ def fit_beard(
     strokes = strokes_in(ink, where, CELLS)
     curly = where.any() and texture_of(ink, where, strokes, CELLS) == "curls"
     tone = tone_of(ink, where) if where.any() else 0.75
-    return replace(found, colour=float(DARK + (1 - DARK) * tone), curl=0.8 if curly else 0.0)
+    colour, curl = float(DARK + (1 - DARK) * tone), 0.8 if curly else 0.0
+    lean = leans_in(drawing, where, page, found, rig, parameters.identity, vertices, camera, PLACES)
+    return replace(found, colour=colour, curl=curl, lean=lean)
 
 
 def with_beard(
@@ -194,12 +197,11 @@ def _seen(
 ) -> _Seen:  # fmt: skip
     cells, facing = _places(page, rig, vertices, camera)
     roots = roots_of(rig)
-    rest = rig.neutral()
-    across = np.einsum("kc,kc->k", roots.weight[:PLACES], rest[roots.index[:PLACES], 0])
     inside = ((cells > 0) & (cells < np.array(page.hair.shape[::-1]) - 1)).all(axis=1)
     soft, fine, wide = (_at(picture, cells) for picture in blurred)
     return _Seen(
-        roots.place[:PLACES], roots.above[:PLACES], across, cells, inside & (facing > FACING),
+        roots.place[:PLACES], roots.above[:PLACES], roots.across[:PLACES], cells,
+        inside & (facing > FACING),
         inside & (facing > GRAZING), soft, fine, wide, _odds(at, page.pixels(cells)),
     )  # fmt: skip
 
