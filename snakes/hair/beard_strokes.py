@@ -32,6 +32,9 @@ NEAR = 2.0
 """Cells of the page's grid around a place within which strokes say together where they run."""
 RIM = 1
 """Cells at the edge of a beard that a line of the face or its own outline may take."""
+AROUND, SPARSE = 1.5, 0.5
+"""Cells around each in which ink is looked for, and the share of a beard's mean ink below which it
+is taken for bare there: its edge is no stroke."""
 EMPTY, DRAWN = 1e-3, 0.2
 """Squares of the ink's change up to which nothing is drawn, and the share of their mean in a beard
 from which on its strokes are."""
@@ -46,11 +49,11 @@ INKED, SOLID, BESIDE = 0.4, 2.5, 3.0
 area and no stroke, and how far beside it its edge is seen."""
 SLANT = 0.25
 """Cosine between skin and view from which on strokes on it are measured."""
-SMOOTH = 0.8
+SMOOTH = 1.2
 """Columns and rows of the chart around each within which strokes say together where they run."""
-HELD = 0.15
+HELD = 0.3
 """Strokes that hair which lies as usual counts for, in squares of how far these run apart."""
-OUTWARD = np.radians(105)
+OUTWARD = np.radians(104)
 """How far strokes may lean away from the middle; those across the usual way do."""
 ANGLES = 91
 """How many leans are tried."""
@@ -140,7 +143,10 @@ def _strokes(
     much they agree there, 0..1. lines : the face's own, (n, 2) cells each"""
     size = (FINER * where.shape[1], FINER * where.shape[0])
     ink = 1 - area_resample(np.asarray(drawing, np.float32), page.box, size, outside=1.0)
-    inner = ndimage.binary_erosion(where, iterations=RIM)
+    coarse = ink.reshape(len(where), FINER, -1, FINER).mean(axis=(1, 3))
+    much = ndimage.gaussian_filter(coarse, AROUND)
+    inner = where & (much > SPARSE * float(much[where].mean() if where.any() else 1.0))
+    inner = ndimage.binary_erosion(inner, iterations=RIM)
     inner = inner.repeat(FINER, axis=0).repeat(FINER, axis=1)
     inner &= ~_beside_solid(ink) & ~_beside_lines([(line + 0.5) * FINER for line in lines], size)
     places = (base[:, ::-1].T + 0.5) * FINER - 0.5
