@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from facs_rig import Camera, FaceParameters, FaceRig, landmark_points
+from facs_rig import Camera, FaceRig, landmark_points
 from facs_rig.beard.chart import COLUMNS, ROWS, on_chart, roots_of, weights_at
 from facs_rig.beard.follow import axes_of
 from facs_rig.beard.presets import FULL, UNDER, preset, rimmed
@@ -152,17 +152,15 @@ def chin_says(seen: Seen) -> NDArray[np.float64]:
     return np.array([*less, seen.mean("jaw", seen.odds, -5.0)])
 
 
-def lip_says(seen: Seen, parameters: FaceParameters) -> NDArray[np.float64]:
-    """(6,) what tells whether there is a moustache: ink of all but the emptiest columns over the
+def lip_says(seen: Seen) -> NDArray[np.float64]:
+    """(5,) what tells whether there is a moustache: ink of all but the emptiest columns over the
     mouth, that of their darkest parts near the middle, how much strokes run up and down there, the
-    log-odds, the cheeks' ink, and whether the mouth smiles or is open: its thick lines and its
-    teeth come near to the nose where the fit is not quite right."""
+    log-odds, and the cheeks' ink."""
     inner = seen.zone("lip") & (np.abs(seen.across) < INNER)
     upright = float(seen.upright[inner].mean()) if inner.any() else 0.0
-    loud = any(parameters.aus.get(name, 0.0) > 1 for name in ("smile", "jaw_open"))
     return np.array([
         over_the_mouth(seen), _darkest(seen, inner), upright,
-        seen.mean("lip", seen.odds, UNLIKELY), seen.mean("cheek", seen.ink, 0.1), float(loud),
+        seen.mean("lip", seen.odds, UNLIKELY), seen.mean("cheek", seen.ink, 0.1),
     ])  # fmt: skip
 
 

@@ -49,6 +49,9 @@ INKED, SOLID, BESIDE = 0.4, 2.5, 3.0
 area and no stroke, and how far beside it its edge is seen."""
 SLANT = 0.25
 """Cosine between skin and view from which on strokes on it are measured."""
+OVER = 0.3
+"""Weight of what is seen over the mouth: a moustache is so narrow that its own edges, which run
+across its strokes, are as clear as these."""
 SMOOTH = 1.2
 """Columns and rows of the chart around each within which strokes say together where they run."""
 HELD = 0.3
@@ -86,6 +89,7 @@ def leans_in(
     apart = stroke[:, None, 0] * ways[..., 1] - stroke[:, None, 1] * ways[..., 0]
     apart /= np.maximum(np.linalg.norm(ways, axis=(1, 2)), 1e-9)[:, None]
     weight = agree * np.clip((facing - SLANT) / 0.3, 0, 1)
+    weight = weight * np.where(roots.above[kept], OVER, 1)
     cells, near = weights_at(roots.place[kept])
     sums = np.zeros((2, 3, 3, COLUMNS * ROWS))
     for k, mine in enumerate((left, ~left)):
@@ -158,8 +162,8 @@ def _strokes(
     total = right + down
     agree = np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)
     sure = np.clip((agree - AIMLESS) / (ONE_WAY - AIMLESS), 0, 1)
-    much = total[total > EMPTY].mean() if (total > EMPTY).any() else 1.0
-    drawn = total > np.maximum(EMPTY, DRAWN * much)
+    usual = float(total[total > EMPTY].mean()) if (total > EMPTY).any() else 1.0
+    drawn = total > max(EMPTY, DRAWN * usual)
     return np.stack([np.cos(turn), np.sin(turn)], axis=1), np.where(drawn, sure, 0.0)
 
 
