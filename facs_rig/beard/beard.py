@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,9 +62,10 @@ def from_json(text: str) -> Beard:
     """The beard that `to_json` wrote. InputError, one sentence, for any other text."""
     try:
         kept = dict(json.loads(text))
-        more = (float(kept[name]) for name in ("moustache", "fall", "curl", "colour"))
-        leans = {"lean": kept["lean"]} if "lean" in kept else {}  # which older files do not have
-        return Beard(kept["cover"], kept["length"], *more, **leans)
+        more = [float(kept[name]) for name in ("moustache", "fall", "curl", "colour")]
+        beard = Beard(kept["cover"], kept["length"], more[0], more[1], more[2], more[3])
+        # Older files do not say how hairs lean.
+        return replace(beard, lean=kept["lean"]) if "lean" in kept else beard
     except InputError as error:
         raise InputError(f"what is kept of the beard cannot be used: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:

@@ -62,9 +62,9 @@ def fit_beard(
         return None
     ink = beard_seen.ink_of(drawing, page)
     seen = beard_seen.seen_on(ink, at, page, rig, vertices, camera)
-    alone = _score(beard_weights.MOUSTACHE, beard_seen.lip_says(seen)) > 0
+    alone = bool(_score(beard_weights.MOUSTACHE, beard_seen.lip_says(seen)) > 0)
     beside = WITH_MOUSTACHE if alone else 0.0
-    bearded = _score(beard_weights.BEARDED, beard_seen.chin_says(seen)) + beside > 0
+    bearded = bool(_score(beard_weights.BEARDED, beard_seen.chin_says(seen)) + beside > 0)
     hairy = beard_seen.over_the_mouth(seen) > BESIDE if bearded else alone
     if not bearded and not hairy:
         return None

@@ -103,10 +103,8 @@ class Seen:
     @property
     def usual(self) -> tuple[float, float, float]:
         """Log-odds and ink of the chin, ink of the cheeks."""
-        return (
-            self.mean("chin", self.odds, -5.0),
-            *(self.mean(name, self.ink, 0.1) for name in ("chin", "cheek")),
-        )
+        chin, cheek = (self.mean(name, self.ink, 0.1) for name in ("chin", "cheek"))
+        return self.mean("chin", self.odds, -5.0), chin, cheek
 
 
 def ink_of(drawing: NDArray, page: PageHair) -> NDArray[np.float32]:
@@ -125,12 +123,14 @@ def seen_on(
     roots = roots_of(rig)
     inside = ((cells > 0) & (cells < np.array(page.hair.shape[::-1]) - 1)).all(axis=1)
     down = _down(page, rig, vertices, camera)
-    pictures = [ndimage.gaussian_filter(ink, blur) for blur in (SOFT, FINE, WIDELY)]
-    pictures.append(_upright(ink, down))
+    soft, fine, wide = (
+        _at(ndimage.gaussian_filter(ink, blur), cells) for blur in (SOFT, FINE, WIDELY)
+    )
+    upright = _at(_upright(ink, down), cells)
     return Seen(
         roots.place[:PLACES], roots.above[:PLACES], roots.across[:PLACES], cells,
         inside & (facing > FACING), inside & (facing > GRAZING),
-        *(_at(picture, cells) for picture in pictures), _odds(at, page.pixels(cells)), down,
+        soft, fine, wide, upright, _odds(at, page.pixels(cells)), down,
     )  # fmt: skip
 
 

@@ -8,6 +8,8 @@ head and no tail: it is taken to point where hair is nearer to pointing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
@@ -32,6 +34,8 @@ NEAR = 2.0
 """Cells of the page's grid around a place within which strokes say together where they run."""
 RIM = 1
 """Cells at the edge of a beard that a line of the face or its own outline may take."""
+BEYOND = 6
+"""Cells around a beard that are looked at."""
 AROUND, SPARSE = 1.5, 0.5
 """Cells around each in which ink is looked for, and the share of a beard's mean ink below which it
 is taken for bare there: its edge is no stroke."""
@@ -66,7 +70,7 @@ STEP = 0.002
 
 def leans_in(
     drawing: NDArray, where: NDArray, page: PageHair, beard: Beard, rig: FaceRig,
-    identity: dict[str, float], vertices: NDArray, camera: Camera, places: int,
+    identity: Mapping[str, float], vertices: NDArray, camera: Camera, places: int,
 ) -> NDArray[np.float64]:  # fmt: skip
     """(2, COLUMNS, ROWS) radians, the `lean` of a beard whose strokes are drawn.
 
@@ -77,6 +81,8 @@ def leans_in(
     What is not seen is as on the other side; where nothing is drawn, or dots or solid black, it is
     0: hairs then lie as they do of themselves.
     """
+    if not where.any():
+        return np.zeros((2, COLUMNS, ROWS))
     roots = roots_of(rig)
     kept = np.arange(places)
     base, ways, facing = _ways(rig, identity, vertices, camera, page, beard, kept)
@@ -120,7 +126,7 @@ def _leans(sums: NDArray) -> NDArray[np.float64]:
 
 
 def _ways(
-    rig: FaceRig, identity: dict[str, float], vertices: NDArray, camera: Camera, page: PageHair,
+    rig: FaceRig, identity: Mapping[str, float], vertices: NDArray, camera: Camera, page: PageHair,
     beard: Beard, kept: NDArray,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """(k, 2) cells of places on a posed face; (k, 3, 2) in cells the way that a hair of the beard
@@ -147,12 +153,22 @@ def _strokes(
     much they agree there, 0..1. lines : the face's own, (n, 2) cells each"""
     size = (FINER * where.shape[1], FINER * where.shape[0])
     ink = 1 - area_resample(np.asarray(drawing, np.float32), page.box, size, outside=1.0)
+    high, wide = (
+        slice(max(at.start - BEYOND, 0), at.stop + BEYOND)
+        for at in ndimage.find_objects(where.astype(np.uint8))[0]
+    )
+    first = np.array([wide.start, high.start])
+    where, base, lines = where[high, wide], base - first, [line - first for line in lines]
+    ink = ink[FINER * high.start :, FINER * wide.start :]
+    ink = ink[: FINER * len(where), : FINER * where.shape[1]]
     coarse = ink.reshape(len(where), FINER, -1, FINER).mean(axis=(1, 3))
     much = ndimage.gaussian_filter(coarse, AROUND)
-    inner = where & (much > SPARSE * float(much[where].mean() if where.any() else 1.0))
+    inner = where & (much > SPARSE * float(much[where].mean()))
     inner = ndimage.binary_erosion(inner, iterations=RIM)
     inner = inner.repeat(FINER, axis=0).repeat(FINER, axis=1)
-    inner &= ~_beside_solid(ink) & ~_beside_lines([(line + 0.5) * FINER for line in lines], size)
+    inner &= ~_beside_solid(ink) & ~_beside_lines(
+        [(line + 0.5) * FINER for line in lines], inner.shape
+    )
     places = (base[:, ::-1].T + 0.5) * FINER - 0.5
     down, across, right = (
         ndimage.map_coordinates(part, places, order=1, mode="constant")
@@ -167,9 +183,9 @@ def _strokes(
     return np.stack([np.cos(turn), np.sin(turn)], axis=1), np.where(drawn, sure, 0.0)
 
 
-def _beside_lines(lines: list[NDArray], size: tuple[int, int]) -> NDArray[np.bool_]:
-    """(h, w) cells of a picture of a size that are near to one of the lines, (k, 2) cells each."""
-    picture = Image.new("1", size)
+def _beside_lines(lines: list[NDArray], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(h, w) cells of a picture that are near to one of the lines, (k, 2) cells each."""
+    picture = Image.new("1", (shape[1], shape[0]))
     for line in lines:
         ImageDraw.Draw(picture).line(line.ravel().tolist(), fill=1, width=2 * LINE + 1)
     return np.asarray(picture)
