@@ -38,6 +38,10 @@ WITH_MOUSTACHE = 1.0
 BESIDE = 0.12
 """Ink over the mouth, of all but its emptiest columns, from which on it is a moustache beside a
 beard."""
+ALONE, LOUD, TOLD = 0.27, 0.25, -5.2
+"""The same without a beard, where the network does not deny it by log-odds below the last; and how
+much more that is where the mouth smiles or is open, whose thick lines and teeth come near to the
+nose where the fit is not quite right."""
 INKED = ((0.03, 0.0022), (0.12, 0.003), (0.3, 0.007), (0.6, 0.014))
 """Ink of a chin beyond the cheeks', and metres of its hairs."""
 DARK = 0.5
@@ -62,7 +66,7 @@ def fit_beard(
         return None
     ink = beard_seen.ink_of(drawing, page)
     seen = beard_seen.seen_on(ink, at, page, rig, vertices, camera)
-    alone = bool(_score(beard_weights.MOUSTACHE, beard_seen.lip_says(seen)) > 0)
+    alone = _moustache_alone(seen, parameters)
     beside = WITH_MOUSTACHE if alone else 0.0
     bearded = bool(_score(beard_weights.BEARDED, beard_seen.chin_says(seen)) + beside > 0)
     hairy = beard_seen.over_the_mouth(seen) > BESIDE if bearded else alone
@@ -102,6 +106,16 @@ def with_beard(
 def _score(weights: tuple[float, ...], says: NDArray) -> NDArray[np.float64]:
     """(...) log-odds of what is said (..., k); the last of the weights (k + 1) is added."""
     return says @ np.array(weights[:-1]) + weights[-1]
+
+
+def _moustache_alone(seen: Seen, parameters: FaceParameters) -> bool:
+    """Whether there is a moustache, be there a beard or not: by what its ink is like, or by plenty
+    of ink and the network's word."""
+    says = beard_seen.lip_says(seen)
+    loud = any(parameters.aus.get(name, 0.0) > 1 for name in ("smile", "jaw_open"))
+    told = seen.mean("lip", seen.odds, TOLD) > TOLD
+    plenty = beard_seen.over_the_mouth(seen) > ALONE + LOUD * loud
+    return bool(_score(beard_weights.MOUSTACHE, says) > 0) or (told and plenty)
 
 
 def _cover(seen: Seen) -> NDArray[np.float64]:

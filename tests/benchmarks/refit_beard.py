@@ -39,7 +39,7 @@ from snakes.hair.beard_fit import CHILD  # noqa: E402
 from tests.benchmarks.bench_beard import drawn, filled, with_moustache  # noqa: E402
 
 WEIGHTS = ROOT / "snakes" / "hair" / "beard_weights.py"
-FALSE = {"BEARDED": 0.015, "MOUSTACHE": 0.02}
+FALSE = {"BEARDED": 0.015, "MOUSTACHE": 0.01}
 """Share of beardless drawings that are taken for bearded, and for having a moustache, wherever in
 SHIFTS it is looked for: where the mouth is, far fewer."""
 TAIL = 0.15
