@@ -223,7 +223,7 @@ def threshold(scores: NDArray, share: float) -> float:
     excess = np.sort(scores[scores > begins] - begins)
     rank = (np.arange(len(excess)) + 0.65) / len(excess)
     whole, upper = excess.mean(), ((1 - rank) * excess).mean()
-    shape = min(whole / (whole - 2 * upper) - 2, 0.9)
+    shape = whole / (whole - 2 * upper) - 2 or 1e-9  # 0 for an exponential tail
     size = 2 * whole * upper / (whole - 2 * upper)
     return begins + float(size / shape * (1 - (share / TAIL) ** shape))
 
