@@ -113,7 +113,7 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
     folds = record["aus"].get("smile", 0) > 1.5
     ink, points, turn = artistic_page(drawing, points, folds, man, names, rng, bald=False)
     if outlines is not None and rng.random() < CLOTHED:
-        over = Image.new("1", ink.shape[::-1])
+        over = Image.new("1", (ink.shape[1], ink.shape[0]))
         for a, b in zip(outlines.starts[:-1], outlines.starts[1:], strict=True):
             if b - a > 2:
                 outline = points[count + a : count + b].ravel().tolist()
