@@ -21,6 +21,8 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+from scipy.ndimage import gaussian_filter
 from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812
 
@@ -39,6 +41,7 @@ from .exported import opened
 from .network import STAGES, Trunk
 from .paper import spoiled
 from .regions import Outlines
+from .scribbles import Frame
 
 log = logging.getLogger(__name__)
 
@@ -51,11 +54,43 @@ KEPT = 2  # blocks of the trunk that stay as they are, which saves two fifths of
 HELD_OUT = 512  # looks, the first ones
 PAGES = (256, 448)  # px, the sides of pages
 CONTOURS, HAIRED = 0.5, 0.85  # of the pages, those drawn by contours, and those with hair of these
+CLOTHED = 0.4  # of the pages, those with clothes that are inked as hair is
 SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
 TOLD = 0.2  # weight of who is drawn
 WEIGHTED = {"hat": 2.0, "beard": 2.0}
-RARE, AGAIN = ("beard", "hat"), 3  # looks at these are taken so many times as often as others
+# Looks at these, and at bald heads, are taken so many times as often as others.
+RARE, AGAIN = ("beard", "hat"), 3
+
+
+def dressed(ink: NDArray, marks: NDArray, kept: NDArray[np.bool_], rng: np.random.Generator):
+    """A page (h, w) uint8 with clothes below the neck that are inked as hair is: black, grey, in
+    strokes one way or both.
+
+    marks : (m, 2) the landmarks      kept : (h, w) what lies over them
+    """
+    frame = Frame.of(marks, LANDMARKS)
+    neck, dip, slope = rng.uniform(0.3, 0.6), rng.uniform(0, 0.7), rng.uniform(0.1, 0.6)
+    base, wide = rng.uniform(1.05, 1.5), rng.uniform(0.9, 2.4)
+    x = np.array([-wide, -neck, 0, neck, wide, 1.1 * wide, -1.1 * wide])
+    y = np.array([base + slope, base, base + dip, base, base + slope, 6, 6])
+    height, width = ink.shape
+    page = Image.new("1", (width, height))
+    ImageDraw.Draw(page).polygon(frame.page(x, y).ravel().tolist(), fill=1)
+    gap, share = rng.uniform(0.03, 0.12) * frame.unit, rng.uniform(0.25, 0.7)
+    noise = gaussian_filter(rng.normal(size=(2, height, width)), (0, 0.15 * frame.unit, 3))
+    noise /= max(float(noise.std()), 1e-9)
+    v, u = np.mgrid[:height, :width] + rng.uniform(0, 0.5) * gap * noise
+    lean = rng.uniform(0, np.pi)
+    kind = rng.random()
+    ways = [lean, lean + rng.uniform(1, 2)] if kind > 0.75 else [lean]
+    lines = np.zeros(ink.shape, dtype=bool)
+    for way in ways:
+        lines |= (u * np.cos(way) + v * np.sin(way)) / max(gap, 2.0) % 1 < share
+    if kind < 0.3:
+        lines[:] = True
+    dark = rng.integers(40, 160) if kind < 0.15 else rng.integers(130, 256)
+    return np.where(np.asarray(page) & lines & ~kept, np.maximum(ink, dark), ink).astype(np.uint8)
 
 
 def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
@@ -75,6 +110,13 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
     man = float(record["identity"].get("gender", 0.5))
     folds = record["aus"].get("smile", 0) > 1.5
     ink, points, turn = artistic_page(drawing, points, folds, man, names, rng, bald=False)
+    if outlines is not None and rng.random() < CLOTHED:
+        over = Image.new("1", ink.shape[::-1])
+        for a, b in zip(outlines.starts[:-1], outlines.starts[1:], strict=True):
+            if b - a > 2:
+                outline = points[count + a : count + b].ravel().tolist()
+                ImageDraw.Draw(over).polygon(outline, fill=1)
+        ink = dressed(ink, points[:count], np.asarray(over), rng)
     marks = dict(zip(LANDMARKS, points[:count], strict=True))
     own = head_box(marks, turn)
     crops, regions = [], []
@@ -206,8 +248,13 @@ class Looks:
                     self.parts.append(tuple(torch.from_numpy(stored[name]) for name in names))
         self.starts = np.cumsum([0, *(len(part[0]) for part in self.parts)])
         count = int(self.starts[-1])
-        rare = [REGIONS.index(name) for name in RARE]
-        seldom = [part[1][:, rare].flatten(1).any(dim=1).numpy() for part in self.parts]
+        rare, hair = [REGIONS.index(name) for name in RARE], REGIONS.index("hair")
+        seldom = [
+            (
+                part[1][:, rare].flatten(1).any(dim=1) | ~part[1][:, hair].flatten(1).any(dim=1)
+            ).numpy()
+            for part in self.parts
+        ]
         times = np.where(np.concatenate(seldom), AGAIN, 1) if seldom else np.zeros(0, int)
         times[:HELD_OUT] = 0
         self.lots = np.repeat(np.arange(count), times)
