@@ -25,6 +25,7 @@ from facs_rig.hair.shell import shell_on
 from .gathered import gathered
 from .region import PageHair
 from .sight import Outline, Sight, bilinear
+from .steady import steadiest
 
 __all__ = ["fit_cut"]
 
@@ -64,6 +65,15 @@ usually are, and over what height these go from hair to skin."""
 EARS, DOUBTED = (np.radians(92), np.radians(15)), 0.3
 """Radians from the front where ears are, and how far around, and how well hair is seen there that
 lies: dark ears beside it are taken for it."""
+STEADY = 20.0
+"""Places seen wrongly that an edge which goes up and down by a whole head has to be worth: a notch
+narrower than some 15 degrees is not."""
+HIGHEST_FROM, EAR_AT = np.radians(38), 10
+"""Radians from the front within which a side's hairline is highest, and the azimuth to which it
+only goes down from there."""
+CHEEK, ON_CHEEK = np.radians((34, 50, 78, 90)), 0.12
+"""Radians from the front between which lying hair is no more than so far below the usual hairline,
+rising and fading, and that height."""
 UNSEEN = 0.4
 """How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
@@ -183,11 +193,12 @@ def _edges(
         seen = np.where(ears & (seen > 0), DOUBTED * seen, seen)
         usual = np.tanh((HEIGHTS - base[:, None]) / SOFTLY)
         seen = _rounded(seen + USUAL * usual * np.minimum(weight.max(axis=1) / USUAL, 1)[:, None])
-    # Hair above a height and none below: the height of which that is true for the most.
+    # Hair above a height and none below: the heights of which that is true for the most.
     above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
-    best = above.argmax(axis=1)
     between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
-    found, sure = between[best], weight[:, :40].mean(axis=1)
+    best = above.argmax(axis=1) if hangs else steadiest(above, between, base, STEADY)
+    found = between[best]
+    sure = weight[:, :40].mean(axis=1)
     sure = np.where(sure > 0.1, np.minimum(2 * sure, 1), 0)
     for side in (-1, 1):
         low = sight.lowest(outline, side)
@@ -204,6 +215,7 @@ def _edges(
     front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
     if front.any() and np.median(found[front]) < HAIRY:
         sure = np.where(found > BARE, 0, sure)
+    found = _declining(found, sure)
     edge = _continued(found, sure, base)
     if hangs:
         even = grey_opening(edge, GAP, mode="wrap")
@@ -213,9 +225,41 @@ def _edges(
     else:
         plain = median_filter(edge, TOOTH, mode="wrap")
         edge = np.where(_away(ANGLES) < FOREHEAD, plain, edge)
+        edge = _off_the_cheeks(edge)
     clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
     edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
+
+
+def _declining(values: NDArray, sure: NDArray) -> NDArray[np.float64]:
+    """(48,) heights that do not rise again between where a side's hairline is highest and its ear:
+    the nearest such ones, by weights (isotonic regression, by pooling adjacent violators).
+
+    A head that is turned shows its far side slantwise, up to somewhere: there a notch would be."""
+    out = values.copy()
+    from_the_front, last = np.arange(int(HIGHEST_FROM * AZIMUTHS / (2 * np.pi)) + 1), EAR_AT
+    for side in (1, -1):
+        first = int(values[side * from_the_front].argmax())
+        at = side * np.arange(first, last)
+        pools: list[tuple[float, float, int]] = []  # value, weight, places
+        for value, weight in zip(values[at], np.maximum(sure[at], 1e-3), strict=True):
+            pools.append((float(value), float(weight), 1))
+            while len(pools) > 1 and pools[-1][0] > pools[-2][0]:
+                (a, v, m), (b, w, n) = pools[-2:]
+                pools[-2:] = [((a * v + b * w) / (v + w), v + w, m + n)]
+        out[at] = np.repeat([value for value, _, _ in pools], [places for _, _, places in pools])
+    return out
+
+
+def _off_the_cheeks(edge: NDArray) -> NDArray[np.float64]:
+    """(48,) an edge of hair that lies, no more than a little below the usual hairline where cheeks
+    are."""
+    low = np.maximum(_around(HAIRLINE) - edge, 0)
+    begins, whole, until, ends = CHEEK
+    away = _away(ANGLES)
+    there = np.clip((away - begins) / (whole - begins), 0, 1)
+    there = there * np.clip((ends - away) / (ends - until), 0, 1)
+    return edge + there * (low - ON_CHEEK * np.tanh(low / ON_CHEEK))
 
 
 def _rim(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:

@@ -10,11 +10,14 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, load_rig
 from facs_rig.common.box import Box
-from facs_rig.hair.cut import AZIMUTHS, mirrored
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, mirrored
+from facs_rig.hair.head import head_of
 from facs_rig.hair.presets import preset
 from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
 from snakes.hair.region import PageHair
+from snakes.hair.sight import Sight
+from snakes.hair.steady import steadiest
 from snakes.hair.texture import Strokes
 
 
@@ -139,3 +142,48 @@ def test_hair_that_leaves_the_page_does_not_end_there(hairy):
     cut = fit_cut(page, load_rig(), scene.parameters, scene.vertices, camera)
     above = cut.thick[:, :4]
     assert above.min() > 0.002 and above.max() < 0.06
+
+
+def cells_at(scene, azimuths, heights):
+    """(k, 2) pixels of places on the skin of a scene's head, all azimuths in degrees with all
+    heights."""
+    page, rig = page_of(scene), load_rig()
+    head = head_of(rig, scene.parameters.identity)
+    sight = Sight.of(page, rig, scene.parameters, scene.vertices, scene.camera, head)
+    azimuth, height = (np.ravel(of) for of in np.meshgrid(np.radians(azimuths), heights))
+    far = head.levels(head.axis, azimuth, head.metres(height))
+    x, z = np.sin(azimuth) * far + head.eyes[0], np.cos(azimuth) * far + head.middle[2]
+    y = head.metres(height) + head.eyes[1]
+    return np.round(sight.cells(np.stack([x, y, z], axis=-1))).astype(int)
+
+
+@pytest.mark.parametrize("yaw", [0, 25])
+@pytest.mark.parametrize("bare", [False, True])
+def test_a_hairline_has_no_notch_that_a_stray_line_makes(hairy, yaw, bare):
+    """Six degrees wide, a quarter of a forehead high: hair that is none, or skin."""
+    scene = hairy("crop", yaw)
+    heights = np.linspace(0.6, 0.8, 60) if bare else np.linspace(0.35, 0.6, 60)
+    u, v = cells_at(scene, np.linspace(2, 8, 12), heights).T
+    hair = scene.hair.copy()
+    hair[v, u] = not bare
+    assert np.abs(refitted(scene, hair).edge - refitted(scene).edge).max() < 0.05
+
+
+def test_a_dark_cheek_is_no_lock(hairy):
+    scene = hairy("crop", 0)
+    u, v = cells_at(scene, np.linspace(48, 80, 60), np.linspace(-0.35, 0.3, 90)).T
+    hair = scene.hair.copy()
+    hair[v, u] = True
+    cheek = (ANGLES > np.radians(45)) & (ANGLES < np.radians(66))
+    lower = (preset("crop").edge - refitted(scene, hair).edge)[cheek]
+    assert lower.max() < 0.15
+
+
+def test_a_line_around_goes_where_most_speaks_for_it_but_not_to_and_fro():
+    heights = np.linspace(1, -1, 41)
+    score = -np.abs(heights - np.where(np.arange(24) < 12, 0.5, -0.5)[:, None]) / 0.05
+    line = heights[steadiest(score, heights, np.zeros(24), 8.0)]
+    assert np.allclose(line, np.where(np.arange(24) < 12, 0.5, -0.5))  # a step stays one
+    score[5] = -np.abs(heights + 0.5) / 0.05
+    assert np.allclose(heights[steadiest(score, heights, np.zeros(24), 15.0)], line)
+    assert heights[steadiest(score, heights, np.zeros(24), 1.0)][5] < -0.4
