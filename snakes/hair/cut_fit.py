@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, grey_opening, median_filter
+from scipy.ndimage import grey_closing, grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
@@ -53,9 +53,6 @@ on that is so."""
 TIP, JAGGED = 5, 0.12
 """Azimuths side by side to which a lock has to reach that hangs down farther than by this height
 below those beside it."""
-TOOTH, FOREHEAD = 5, np.radians(62)
-"""Azimuths side by side to which hair that lies has to reach over the forehead to be no tooth, and
-radians from the front to which that goes."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
@@ -223,8 +220,6 @@ def _edges(
         front = np.maximum(edge, grey_closing(edge, TIP, mode="wrap") - JAGGED / 2)
         edge = np.where(_away(ANGLES) > SIDES, even, front)
     else:
-        plain = median_filter(edge, TOOTH, mode="wrap")
-        edge = np.where(_away(ANGLES) < FOREHEAD, plain, edge)
         edge = _off_the_cheeks(edge)
     clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
     edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)

@@ -1,4 +1,4 @@
-"""The best line around a head through a table of scores that does not go up and down for nothing."""
+"""The line around a head that most speaks for, and that does not go up and down for nothing."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ def steadiest(
     base: NDArray[np.floating],
     stiffness: float,
 ) -> NDArray[np.intp]:
-    """(n,) the rows of a closed line through a table that scores most, less what its movement costs.
+    """(n,) the rows of the closed line through a table that scores most, less what movement costs.
 
     score : (n, k) of each row at each of n azimuths;  heights : (k,) of the rows
     base : (n,) heights that a line may follow for nothing;  stiffness : of score for a unit of
         height by which it moves otherwise from one azimuth to the next
 
-    By dynamic programming, as Amini, Weymouth and Jain (1990, "Using dynamic programming for solving
-    variational problems in vision") do it for active contours; movement costs what it is long, so
-    that steps stay steps and narrow notches go. The line is closed by going around twice.
+    By dynamic programming, as Amini, Weymouth and Jain (1990, "Using dynamic programming for
+    solving variational problems in vision", PAMI) do it for active contours; movement costs what it
+    is long, so that steps stay steps and narrow notches go. Going around twice closes the line.
     """
     count = len(score)
     away = heights[:, None] - heights[None, :]
