@@ -190,3 +190,23 @@ def test_a_line_around_goes_where_most_speaks_for_it_but_not_to_and_fro():
     score[5] = -np.abs(heights + 0.5) / 0.05
     assert np.allclose(heights[steadiest(score, heights, np.zeros(24), 15.0)], line)
     assert heights[steadiest(score, heights, np.zeros(24), 1.0)][5] < -0.4
+
+
+@pytest.mark.parametrize("bun", [False, True])
+def test_a_strand_beside_the_ear_makes_no_bob(hairy, bun):
+    """Short and pinned-up hair lets one fall; as wide as a bob's side it is one."""
+    scene = hairy("crop", 0)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    hair = scene.hair.copy()
+    if bun:
+        r, top = 0.13 * scene.unit, np.flatnonzero(hair.any(axis=1))[0]
+        hair |= np.hypot(u - np.flatnonzero(hair.any(axis=0)).mean(), v - top + 0.6 * r) < r
+    edge = np.flatnonzero(scene.head[cells_at(scene, [0], [0.0])[0, 1]])[-1]
+    (_, eyes), (_, low) = cells_at(scene, [0], [0.1, -0.95])
+    for wide, falls in ((0.03, False), (0.15, True)):
+        side = (v > eyes) & (v < low) & (np.abs(u - edge) < wide * scene.unit)
+        cut = refitted(scene, hair | side)
+        assert cut.hangs == falls
+        assert len(cut.balls) >= bun
+        if not falls:
+            assert cut.edge[[10, 11, 12, 13, -13, -12, -11, -10]].min() > -0.3  # at the ears
