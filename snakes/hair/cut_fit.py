@@ -22,6 +22,7 @@ from facs_rig.hair.head import WIDEST, head_of
 from facs_rig.hair.presets import HAIRLINE, LYING, TOP
 from facs_rig.hair.shell import shell_on
 
+from .combed import combed
 from .gathered import gathered
 from .region import PageHair
 from .sight import Outline, Sight, bilinear
@@ -119,7 +120,12 @@ def fit_cut(
         if rim is None:
             edge, falls = _edges(sight, outline, hangs, thick)
         cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
-    return replace(cut, balls=gathered(sight, cut))
+    cut = replace(cut, balls=gathered(sight, cut))
+    if hangs or top is not None or cut.balls or cut.curl:
+        return cut
+    stand, sweep = combed(sight, whole, edge)
+    # What is combed up and back is not parted as well.
+    return replace(cut, stand=stand, sweep=sweep, part=cut.part if sweep is None else None)
 
 
 def _cut(

@@ -210,3 +210,25 @@ def test_a_strand_beside_the_ear_makes_no_bob(hairy, bun):
         assert len(cut.balls) >= bun
         if not falls:
             assert cut.edge[[10, 11, 12, 13, -13, -12, -11, -10]].min() > -0.3  # at the ears
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.5])
+def test_strokes_that_run_out_of_the_outline_stand(hairy, lean):
+    """Lying hair runs along its outline; what leans to the picture's right is swept there."""
+    scene = hairy("crop", 0)
+    page = page_of(scene)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    middle = cells_at(scene, [0, 180], [0.31]).mean(axis=0)
+    out = np.arctan2(v - middle[1], u - middle[0])
+    cuts = {}
+    for turned in (lean, np.pi / 2):
+        along = np.stack([np.cos(out + turned), np.sin(out + turned)], axis=-1)
+        drawn = replace(page, strokes=Strokes(along, 1.0 * scene.hair))
+        cuts[turned] = fit_cut(
+            drawn, load_rig(), scene.parameters, scene.vertices, scene.camera
+        )  # fmt: skip
+    assert cuts[np.pi / 2].stand == 0 and cuts[np.pi / 2].sweep is None
+    assert cuts[lean].stand > 0.8
+    assert abs(cuts[lean].sweep - lean) < 0.15
+    fallen = hairy("bob", 0)
+    assert refitted(fallen).stand == 0
