@@ -251,8 +251,8 @@ def _traced(
     """
     columns, rows = sheet.points.shape[:2]
     place = _seeds(sheet, root, rng, count)
-    length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * (1 - SHORTER * cut.stand)
-    length = length * rng.uniform(0.6, 1.2, count)
+    usual = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * (1 - SHORTER * cut.stand)
+    length = usual * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl + TOUSLED * cut.stand, count)
     share = rng.uniform(0, 1, count)
     up = rng.uniform(0, 1, count) < sheet.grows[np.rint(place[:, 0]).astype(np.intp) % columns]

@@ -69,9 +69,9 @@ lies: dark ears beside it are taken for it."""
 STEADY = 20.0
 """Places seen wrongly that an edge which goes up and down by a whole head has to be worth: a notch
 narrower than some 15 degrees is not."""
-HIGHEST_FROM, EAR_AT = np.radians(38), 10
-"""Radians from the front within which a side's hairline is highest, and the azimuth to which it
-only goes down from there."""
+HIGHEST_FROM, EAR_AT, SIDE_AT = np.radians(38), 10, 7
+"""Radians from the front within which a side's hairline is highest, and the azimuths to which it
+only goes down from there, of hair that lies and that hangs."""
 CHEEK, ON_CHEEK = np.radians((34, 50, 78, 90)), 0.12
 """Radians from the front between which lying hair is no more than so far below the usual hairline,
 rising and fading, and that height."""
@@ -225,7 +225,7 @@ def _edges(
     front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
     if front.any() and np.median(found[front]) < HAIRY:
         sure = np.where(found > BARE, 0, sure)
-    found = _declining(found, sure)
+    found = _declining(found, sure, SIDE_AT if hangs else EAR_AT)
     edge = _continued(found, sure, base)
     if hangs:
         even = grey_opening(edge, GAP, mode="wrap")
@@ -239,13 +239,13 @@ def _edges(
     return edge, (edge < WIDEST) & hangs
 
 
-def _declining(values: NDArray, sure: NDArray) -> NDArray[np.float64]:
-    """(48,) heights that do not rise again between where a side's hairline is highest and its ear:
-    the nearest such ones, by weights (isotonic regression, by pooling adjacent violators).
+def _declining(values: NDArray, sure: NDArray, last: int) -> NDArray[np.float64]:
+    """(48,) heights that do not rise again between where a side's hairline is highest and its last
+    azimuth: the nearest such ones, by weights (isotonic regression, pooling adjacent violators).
 
     A head that is turned shows its far side slantwise, up to somewhere: there a notch would be."""
     out = values.copy()
-    from_the_front, last = np.arange(int(HIGHEST_FROM * AZIMUTHS / (2 * np.pi)) + 1), EAR_AT
+    from_the_front = np.arange(int(HIGHEST_FROM * AZIMUTHS / (2 * np.pi)) + 1)
     for side in (1, -1):
         first = int(values[side * from_the_front].argmax())
         at = side * np.arange(first, last)
