@@ -11,17 +11,19 @@ from .sight import RAYS, Outline, Sight
 
 __all__ = ["combed"]
 
-BAND, ABOVE = (0.012, 0.04), np.radians(75)
+BAND, ABOVE, ASIDE = (0.012, 0.04), np.radians(75), np.radians(23)
 """Metres inside the outline of hair, beyond the line that this is, and radians from straight up,
-where strokes say whether hair stands."""
-LIES, STANDS = -0.05, 0.45
-"""Cosine of twice the angle between strokes and the way out of the head, 1 where they run so: the
-mean of the most uneven hair that lies, and from which on all of it stands up."""
-FRONT, OPEN, SWEPT = np.radians(30), 0.38, 0.3
-"""Radians from the front, the height of a hairline there under which hair falls over the forehead,
-and how far hair stands that is combed away from it."""
-MOST = np.radians(60)
-"""Radians from straight back that it is combed to a side."""
+where strokes say whether hair stands; and from where on they are at a side of the head."""
+LIES, STANDS = -0.25, 0.1
+"""Cosine of twice the angle between strokes and the way out of the head, 1 where they run so, on
+the side where it is less: the mean of the most uneven hair that lies, and from which on all of it
+stands up. Hatching has one direction, and does not run out of the head on both sides."""
+FRONT, OPEN = np.radians(30), 0.38
+"""Radians from the front, and the height of a hairline there under which hair falls over the
+forehead."""
+SWEPT, MOST = 0.3, np.radians(50)
+"""How far hair stands that is swept from a forehead, and radians from straight back that it is
+swept to a side at most: farther it lies."""
 
 
 def combed(sight: Sight, outline: Outline, edge: NDArray) -> tuple[float, float | None]:
@@ -42,13 +44,16 @@ def combed(sight: Sight, outline: Outline, edge: NDArray) -> tuple[float, float 
     inside = outline.far[ray] - far / sight.unit
     near = (np.abs(turn) < ABOVE) & (inside > BAND[0]) & (inside < BAND[1])
     weight = page.strokes.coherence[v, u] * near
-    if weight.sum() < 1:
+    sides = turn < -ASIDE, turn > ASIDE
+    if min(weight[side].sum() for side in sides) < 1:
         return 0.0, None
     along = page.strokes.along[v, u]
     lean = np.arctan2(along @ right, along @ sight.up) - turn
-    mean = complex((weight * np.exp(2j * lean)).sum() / weight.sum())
-    stand = float(np.clip((mean.real - LIES) / (STANDS - LIES), 0, 1))
+    out = weight * np.exp(2j * lean)
+    least = min(float(out[side].real.sum() / weight[side].sum()) for side in sides)
+    stand = float(np.clip((least - LIES) / (STANDS - LIES), 0, 1))
     front = np.abs((ANGLES + np.pi) % (2 * np.pi) - np.pi) < FRONT
-    if stand < SWEPT or np.median(edge[front]) < OPEN:
+    sweep = float(np.angle(out.sum())) / 2
+    if stand < SWEPT or abs(sweep) > MOST or np.median(edge[front]) < OPEN:
         return stand, None
-    return stand, float(np.clip(np.angle(mean) / 2, -MOST, MOST))
+    return stand, sweep
