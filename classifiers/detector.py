@@ -17,6 +17,7 @@ from facs_rig.common.images import area_resample
 from .conflicts import resolve
 from .detection import CLOSE, Detection
 from .finding import Face, echo, faces_on, squared, widened
+from .head import WHO, head_reader
 from .labels import ACTIVE, FULL, mirror_order
 from .mask import Mask
 from .mouth import mouth_reader
@@ -98,7 +99,7 @@ class Detector:
 
     def __init__(self, folder: Path, threads: int = THREADS) -> None:
         self._networks = Runtime(folder, threads)
-        self._mouth = mouth_reader(folder, threads)
+        self._mouth, self._head = mouth_reader(folder, threads), head_reader(folder, threads)
         self.model = self._networks.model
         self.aus: tuple[str, ...] = tuple(self.model["aus"])
         self.landmarks: tuple[str, ...] = tuple(self.model["landmarks"])
@@ -128,10 +129,24 @@ class Detector:
         page = as_page(drawing)
         turn, reading = upright(self, page, head)
         found = self.interpret(reading, turn, placed=head is not None)
-        if found.trouble or self._mouth is None:
-            return found
-        mouth = self._mouth.read(turned(page, turn), found.landmarks, reading.box.turn)
-        return replace(found, mouth=mouth)
+        return found if found.trouble else self._closer(found, turned(page, turn), reading.box.turn)
+
+    def _closer(self, found: Detection, page: Floats, turn: float) -> Detection:
+        """With what the smaller networks say of a face's mouth and head, if there are any."""
+        if self._mouth:
+            found = replace(found, mouth=self._mouth.read(page, found.landmarks, turn))
+        if self._head:
+            head = self._head.read(page, found.landmarks, turn)
+            person = dict(found.person)
+            for name, told in zip(WHO, head.person, strict=True):
+                looks = [told[None]]
+                if name in person:
+                    mean, spread = person[name]
+                    looks.append(np.array([[mean, np.log(spread)]]))
+                mean, spread = together(*looks)[0].tolist()
+                person[name] = mean, float(np.exp(spread))
+            found = replace(found, mask=head.mask, person=person)
+        return found
 
     def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:
         """The networks' answer as probabilities, decisions and intensities.

@@ -8,24 +8,24 @@ Sun, Wang, Tang 2013, "Deep Convolutional Network Cascade for Facial Point Detec
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facs_rig import LANDMARKS
 from facs_rig.common.box import Box
-from facs_rig.common.errors import InputError
 from facs_rig.common.images import area_resample
 
 from .labels import mirror_order
 from .preprocess import Floats, bounding_landmarks, even_ink, points_of
-from .runtime import open_session, sigmoid
+from .runtime import open_beside, sigmoid
 
-WEIGHTS, DESCRIPTION = "mouth.onnx", "mouth.json"
+NAME = "mouth"
+"""Of the files beside the detector's."""
 MOUTH = tuple(name for name in LANDMARKS if name.startswith(("lip_", "mouth_")))
 """The landmarks that it tells."""
 MIRROR = mirror_order(MOUTH)
@@ -66,19 +66,10 @@ def mouth_box(landmarks: Mapping[str, tuple[float, float]], turn: float = 0.0) -
 
 
 class MouthReader:
-    """The network of a file beside the detector's, WEIGHTS with its DESCRIPTION."""
+    """The network of a file beside the detector's."""
 
-    def __init__(self, folder: Path, threads: int) -> None:
-        path = folder / DESCRIPTION
-        try:
-            about = json.loads(path.read_text(encoding="utf-8"))
-            known = about["landmarks"] == list(MOUTH) and about["size"] == SIZE
-            sha256 = str(about["sha256"])
-        except (OSError, ValueError, KeyError, TypeError):
-            known = False
-        if not known:
-            raise InputError(f"{path} is damaged or of another version: install the package again.")
-        self._session = open_session(folder / WEIGHTS, sha256, threads)
+    def __init__(self, session: Any) -> None:
+        self._session = session
 
     def read(
         self, page: Floats, landmarks: Mapping[str, tuple[float, float]], turn: float
@@ -99,7 +90,8 @@ class MouthReader:
 
 def mouth_reader(folder: Path, threads: int) -> MouthReader | None:
     """The reader of a weights folder; None of one whose networks were trained without."""
-    return MouthReader(folder, threads) if (folder / DESCRIPTION).exists() else None
+    session = open_beside(folder, NAME, threads, landmarks=list(MOUTH), size=SIZE)
+    return MouthReader(session) if session else None
 
 
 def opening(landmarks: NDArray) -> NDArray[np.float64]:

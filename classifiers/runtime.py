@@ -130,6 +130,26 @@ def checksum(model: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
 
+def open_beside(folder: Path, name: str, threads: int, **known: Any):
+    """ONNX Runtime on a smaller network beside the detector's, NAME.onnx, if its description,
+    NAME.json, says of each `known` what this version expects.
+
+    None for a folder whose networks were trained without; InputError for one that is damaged.
+    """
+    path = folder / f"{name}.json"
+    if not path.exists():
+        return None
+    try:
+        about = json.loads(path.read_text(encoding="utf-8"))
+        alike = all(about[key] == value for key, value in known.items())
+        sha256 = str(about["sha256"])
+    except (OSError, ValueError, KeyError, TypeError):
+        alike = False
+    if not alike:
+        raise InputError(f"{path} is damaged or of another version: install the package again.")
+    return open_session(folder / f"{name}.onnx", sha256, threads)
+
+
 def open_session(path: Path, sha256: str, threads: int):
     """ONNX Runtime on a weights file; InputError names it if its checksum is not the known one."""
     try:

@@ -10,8 +10,6 @@ laugh, bare their teeth, speak, shout; the rest are shut. A page is drawn over a
 from __future__ import annotations
 
 import argparse
-import hashlib
-import json
 import logging
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -28,13 +26,13 @@ from torch.nn import functional as F  # noqa: N812
 from dataset_gen.generate import make_sample
 from dataset_gen.sampling import sample_actions
 from facs_rig import LANDMARKS
-from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
-from ..mouth import MIRROR, MOUTH, OPEN, RIMS, SIDE, SIZE, mouth_box, opening
+from ..mouth import MIRROR, MOUTH, NAME, OPEN, RIMS, SIDE, SIZE, mouth_box, opening
 from ..preprocess import even_ink
+from . import closer
 from .augment import AS_DRAWN, Names, artistic_page
-from .jitter import rubbed, shaded
+from .closer import amiss, soiled
 from .paper import spoiled
 
 log = logging.getLogger(__name__)
@@ -46,7 +44,7 @@ BATCH, RATE = 128, 2e-3
 HELD_OUT = 15  # one look in so many
 PAGES = (224, 416)  # px, the sides of pages
 CONTOURS = 0.4  # of the pages, those drawn by contours
-SHIFT, SCALE, TURN, STRETCH = 0.05, 0.07, 0.07, 0.05  # spreads: of the crop, log, radians, log
+SPREADS = 0.07, 0.05, 0.05, 0.07  # see `amiss`
 # What mouths do, how often: each control with how often it joins in, its least and its most.
 MOUTHS: tuple[tuple[float, tuple[tuple[str, float, float, float], ...]], ...] = (
     (0.34, ()),
@@ -86,10 +84,7 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, NDArray, NDAr
         marks = dict(zip(LANDMARKS, points, strict=True))
         own = mouth_box(marks, turn)
         noise = np.clip(rng.normal(size=6), -2.5, 2.5)
-        side = own.width * np.exp(SCALE * noise[0])
-        wide, tall = side * np.exp(STRETCH * noise[1]), side / np.exp(STRETCH * noise[1])
-        u, v = np.array(own.middle) + SHIFT * own.width * noise[2:4]
-        crop = Box.at(u - wide / 2, v - tall / 2, wide, tall, turn + TURN * noise[4])
+        crop = amiss(own, noise, SPREADS)
         small = area_resample(ink, crop, SIZE) / np.float32(255)
         if rng.random() > AS_DRAWN:
             small = spoiled(small, rng)
@@ -155,15 +150,7 @@ def changed(ink: Tensor, places: Tensor) -> tuple[Tensor, Tensor]:
     places = torch.where(flip[:, None, None], mirrored, places)
     wide = flip[:, None, None, None]
     ink = torch.where(wide, ink.flip(-1), ink)
-    for share, change in ((0.2, shaded), (0.1, rubbed)):
-        some = (torch.rand(len(ink)) < share)[:, None, None, None]
-        ink = torch.where(some, change(ink), ink)
-    power = torch.exp(0.3 * torch.randn(len(ink), 1, 1, 1))
-    some = (torch.rand(len(ink)) < 0.3)[:, None, None, None]
-    ink = torch.where(some, ink.clamp(min=1e-4) ** power, ink)
-    grain = 0.06 * torch.rand(len(ink), 1, 1, 1) * torch.randn_like(ink)
-    some = (torch.rand(len(ink)) < 0.2)[:, None, None, None]
-    return torch.where(some, (ink + grain).clamp(0, 1), ink), places
+    return soiled(ink), places
 
 
 def figures(network: MouthNetwork, ink: Tensor, places: Tensor, opened: Tensor) -> dict[str, float]:
@@ -238,16 +225,9 @@ class Calibrated(nn.Module):
 
 def write(network: MouthNetwork, about: dict, out: Path) -> None:
     """mouth.onnx and mouth.json of the network."""
-    path = out / "mouth.onnx"
-    model = Calibrated(network.eval().cpu(), about["held_out"]["spread"]).eval()
-    torch.onnx.export(
-        model, (torch.zeros(2, 1, SIZE, SIZE),), str(path), dynamo=False, opset_version=17,
-        input_names=["ink"], output_names=["places", "opened"],
-        dynamic_axes={name: {0: "batch"} for name in ("ink", "places", "opened")},
-    )  # fmt: skip
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    about = {"landmarks": list(MOUTH), "size": SIZE, "sha256": digest, **about}
-    (out / "mouth.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
+    model = Calibrated(network.eval().cpu(), about["held_out"]["spread"])
+    about = {"landmarks": list(MOUTH), **about}
+    closer.write(model, NAME, SIZE, ("places", "opened"), about, out)
 
 
 def main() -> None:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-
 import numpy as np
 import pytest
 
 from classifiers import load_detector
 from classifiers.mouth import (
-    DESCRIPTION,
     MIRROR,
     MOUTH,
     SIDE,
@@ -101,17 +97,3 @@ def test_a_mirrored_page_gives_the_mirrored_mouth():
 
 def _other(name):
     return name.replace("left", "#").replace("right", "left").replace("#", "right")
-
-
-def test_a_damaged_description_is_one_sentence(tmp_path):
-    folder = tmp_path / "copy"
-    shutil.copytree(WEIGHTS, folder)
-    about = json.loads((folder / DESCRIPTION).read_text())
-    assert SEED != about["seed"]
-    for text in ("", "{}", json.dumps(about | {"size": 3}), json.dumps(about | {"sha256": "0"})):
-        (folder / DESCRIPTION).write_text(text)
-        with pytest.raises(ValueError, match="install the package again") as said:
-            mouth_reader(folder, 1)
-        assert "\n" not in str(said.value)
-    (folder / DESCRIPTION).unlink()
-    assert mouth_reader(folder, 1) is None
