@@ -45,9 +45,9 @@ THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
 HUNG = -0.5
 """Height below which hair at the sides hangs: the mouth's."""
-BESIDE_NECK, STRAND = (-0.4, -0.6, -0.8, -1.0, -1.2), 0.02
-"""Heights beside the lower face and the neck between which falling hair is somewhere wider than a
-strand, and how wide that may be in metres."""
+BESIDE_FACE, STRAND, LONG = (-0.4, -0.6, -0.8, -1.0), 0.02, -0.9
+"""Heights beside the lower face between which falling hair is somewhere wider than a strand, how
+wide that may be in metres, and the height below which hair falls however wide it is."""
 NAPE, BELOW = np.radians(25), 0.3
 """Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
 ends that hangs."""
@@ -173,14 +173,15 @@ def _apex(edge: NDArray) -> float | None:
 def _hangs(sight: Sight, outline: Outline) -> bool:
     """Whether hair falls at a side: lower than the mouth, and than the nape where that is seen.
 
-    A strand beside the ear falls from hair that is short or pinned up as well.
+    A strand beside the face falls from hair that is short or pinned up as well.
     """
     for side in (-1, 1):
         behind = float(_away(sight.azimuth + side * np.pi / 2)) + NAPE
         nape = float(np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T))
-        low = sight.lowest(outline, side) < min(HUNG, nape - BELOW)
-        if low and sight.is_mane(side) and sight.fullness(side, BESIDE_NECK) > STRAND:
-            return True
+        low = sight.lowest(outline, side)
+        if low < min(HUNG, nape - BELOW) and sight.is_mane(side):
+            if low < LONG or sight.fullness(side, BESIDE_FACE) > STRAND:
+                return True
     return False
 
 
