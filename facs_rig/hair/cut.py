@@ -57,6 +57,10 @@ class Cut:
     wave, curl : 0 straight to 1
     balls : buns, tails and braids
     colour : 0 blond to 1 black, as the brows' (see facs_rig.looks)
+    stand : how far tips stand out of the surface, most on top: 0 lies, 1 stands up
+    sweep : radians from straight back, positive to the face's own left, in which hair over the
+        forehead is combed away from its hairline; None where the cut's height alone says whether
+        it grows back or falls forward
 
     InputError for arrays of another shape and for numbers that are none or out of range.
     """
@@ -70,6 +74,8 @@ class Cut:
     balls: tuple[Ball, ...] = ()
     colour: float = 0.75
     top: NDArray[np.float64] | None = None
+    stand: float = 0.0
+    sweep: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edge", _numbers(self.edge, "edge", (AZIMUTHS,)))
@@ -82,11 +88,13 @@ class Cut:
             raise InputError("a cut's thick must have at least two steps from parting to edge")
         if self.edge.max() >= 1:
             raise InputError(f"a cut's edge must lie below the crown, got {self.edge.max():g}")
-        for name in ("wave", "curl", "colour"):
+        for name in ("wave", "curl", "colour", "stand"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"a cut's {name} must be from 0 to 1, got {getattr(self, name)}")
         if self.part is not None and not abs(self.part) < np.pi / 2:
             raise InputError(f"a cut's part must be within a quarter turn, got {self.part} rad")
+        if self.sweep is not None and not abs(self.sweep) <= np.pi / 2:
+            raise InputError(f"a cut's sweep must be within a quarter turn, got {self.sweep} rad")
 
 
 def mirrored(cut: Cut) -> Cut:
@@ -96,7 +104,8 @@ def mirrored(cut: Cut) -> Cut:
         cut.edge[other], cut.thick[other], None if cut.part is None else -cut.part, cut.hangs,
         cut.wave, cut.curl,
         tuple(Ball(ball.line * [-1, 1, 1], ball.radius, ball.plait) for ball in cut.balls),
-        cut.colour, None if cut.top is None else cut.top[other],
+        cut.colour, None if cut.top is None else cut.top[other], cut.stand,
+        None if cut.sweep is None else -cut.sweep,
     )  # fmt: skip
 
 
@@ -108,8 +117,12 @@ def to_json(cut: Cut) -> str:
     ]
     kept = {name: getattr(cut, name) for name in ("part", "hangs", "wave", "curl", "colour")}
     arrays = {"edge": cut.edge.tolist(), "thick": cut.thick.tolist()}
-    top = {} if cut.top is None else {"top": cut.top.tolist()}
-    return json.dumps({**arrays, **top, **kept, "balls": balls})
+    rare = {} if cut.top is None else {"top": cut.top.tolist()}
+    if cut.stand:
+        rare["stand"] = cut.stand
+    if cut.sweep is not None:
+        rare["sweep"] = cut.sweep
+    return json.dumps({**arrays, **rare, **kept, "balls": balls})
 
 
 def from_json(text: str) -> Cut:
@@ -122,8 +135,11 @@ def from_json(text: str) -> Cut:
         part = None if kept["part"] is None else float(kept["part"])
         wave, curl, colour = (float(kept[name]) for name in ("wave", "curl", "colour"))
         hangs = bool(kept["hangs"])
-        top = kept.get("top")
-        return Cut(kept["edge"], kept["thick"], part, hangs, wave, curl, balls, colour, top)
+        top, stand = kept.get("top"), float(kept.get("stand", 0.0))
+        sweep = None if kept.get("sweep") is None else float(kept["sweep"])
+        return Cut(
+            kept["edge"], kept["thick"], part, hangs, wave, curl, balls, colour, top, stand, sweep
+        )
     except InputError as error:
         raise InputError(f"what is kept of the hair cannot be used: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:

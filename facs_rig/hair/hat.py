@@ -201,7 +201,8 @@ def pressed(cut: Cut, hat: Hat, head: Head) -> Cut:
     thick = np.where(share > 0, np.minimum(fine, FLATTENED + (1 - share) * 0.05), fine)
     balls = tuple(ball for ball in cut.balls if ball.line[0, 1] < rim.min())
     curl = min(cut.curl, LOOSE)
-    return replace(cut, edge=edge, thick=thick, part=None, balls=balls, curl=curl)
+    flat = replace(cut, edge=edge, thick=thick, part=None, balls=balls, curl=curl)
+    return replace(flat, stand=0.0, sweep=None)
 
 
 def _brim(

@@ -9,7 +9,7 @@ sides of a face it does not end at the edge, but runs down along it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,11 @@ FOREHEAD = (np.radians(62), np.radians(80))  # from the front, where that ceases
 ALONG = (0.3, 0.9)  # shares of a column between which locks come to run along a steep edge
 LEVEL = 0.3  # slope of an edge below which hair ends there
 HAIRLINE_SPREAD = 0.004  # metres before a hairline that roots reach
+# Shares of a lock's length that it is shorter and that its tip rises where hair stands, how much of
+# that it does at the sides of a head, and radians that standing locks lean this way and that.
+SHORTER, RISES, ASIDE, TOUSLED = 0.4, 0.17, 0.25, 0.12
+BROADER = 0.5  # share by which locks that stand are broader
+LOWER = 0.25  # share of its thickness by which the shell lies lower under locks that stand
 CURLY = 0.5  # curl from which on locks are plain ribbons
 DOWN = (0.0, 1.0)  # the field of hair that follows the columns
 PITCH = 0.025  # metres of a turn of a curl
@@ -75,8 +80,18 @@ def hair(
     share = min(detail / FINE_FROM, 1.0)
     columns, rows = (a + share * (b - a) for a, b in zip(COARSE, FINE, strict=True))
     under = shell(rig, identity, cut, 2 * round(columns / 2), round(rows))
+    under = lowered(under, LOWER * cut.stand)
     room = FEWEST + detail * (MOST - FEWEST) - 2 * len(under.quads)
     return under, locks(under, cut, rng, int(room))
+
+
+def lowered(shell: Shell, share: float) -> Shell:
+    """The shell with so much of its thickness gone."""
+    if not share:
+        return shell
+    points = shell.points.copy()
+    points[shell.outer] += share * (points[shell.inner] - points[shell.outer])
+    return replace(shell, points=points)
 
 
 def locks(
@@ -166,6 +181,8 @@ def _combed(shell: Shell) -> NDArray[np.float64]:
 def _grows(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
     """(c,) how far a cut's edge is where hair begins to grow, rather than where it hangs to."""
     away = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
+    if cut.sweep is not None:  # combed back, however low it begins
+        return np.clip((FOREHEAD[1] - away) / (FOREHEAD[1] - FOREHEAD[0]), 0, 1)
     low, high = np.interp(np.degrees(away), *np.array(HAIRLINE).T) - np.array(GROWS)[:, None]
     there = np.clip((edge_heights(cut, azimuth) - low) / (high - low), 0, 1)
     return there * np.clip((FOREHEAD[1] - away) / (FOREHEAD[1] - FOREHEAD[0]), 0, 1)
@@ -196,16 +213,28 @@ def _ribbons(
     path = _traced(sheet, metres, root, cut, rng, count, segments)
     middle, up = _at(grid, path), _unit(_at(normal, path))
     middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
-    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     t = np.linspace(0, 1, segments + 1)
+    middle = middle + (standing(cut, up) * t**1.5)[..., None] * up
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
-    wide = (1 - 0.2 * cut.curl) * rng.uniform(0.6, 1.3, count)[:, None] * taper
+    wide = (
+        (1 - 0.2 * cut.curl)
+        * (1 + BROADER * cut.stand)
+        * rng.uniform(0.6, 1.3, count)[:, None]
+        * taper
+    )
     sides = (lanes * wide[..., None])[..., None] * aside[:, :, None]
     low, high = RAISED
     ridge = high * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(2.5 * t, 0, 1)
     height = low + ridge[..., None] * np.array([0.0, 1.0, 0.0])[: len(lanes)]
     points = middle[:, :, None] + sides + height[..., None] * up[:, :, None]
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)
+
+
+def standing(cut: Cut, up: NDArray) -> NDArray[np.float64]:
+    """(...) metres that tips stand over places of a cut's surface whose normals are (..., 3)."""
+    top = ASIDE + (1 - ASIDE) * np.clip(up[..., 1], 0, 1)
+    return cut.stand * RISES * LENGTH[0] * top
 
 
 def _unit(vectors: NDArray) -> NDArray[np.float64]:
@@ -222,8 +251,9 @@ def _traced(
     """
     columns, rows = sheet.points.shape[:2]
     place = _seeds(sheet, root, rng, count)
-    length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * rng.uniform(0.6, 1.2, count)
-    lean = rng.normal(0, 0.07 + 0.35 * cut.curl, count)
+    usual = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * (1 - SHORTER * cut.stand)
+    length = usual * rng.uniform(0.6, 1.2, count)
+    lean = rng.normal(0, 0.07 + 0.35 * cut.curl + TOUSLED * cut.stand, count)
     share = rng.uniform(0, 1, count)
     up = rng.uniform(0, 1, count) < sheet.grows[np.rint(place[:, 0]).astype(np.intp) % columns]
     turned = np.where(up, -1.0, 1.0)[:, None]
@@ -234,6 +264,9 @@ def _traced(
     for k in range(segments + 1):
         path[:, k] = place
         way = turned * _unit(_at(sheet.field, place))
+        if cut.sweep:
+            swept = np.cos(cut.sweep) * way + np.sin(cut.sweep) * way[:, ::-1] * [-1, 1]
+            way = np.where(up[:, None], swept, way)
         way = _unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
         size = _at(metres, place)
         past = share * sheet.beyond[np.rint(place[:, 0]).astype(np.intp) % columns]

@@ -20,7 +20,7 @@ from ..rig import FaceRig
 from ..subdivide import triangulate
 from .cut import Cut
 from .head import EAR_MOVES, WIDEST, head_of
-from .locks import BEYOND, LENGTH, PITCH, _at, _bent, _grows, _unit
+from .locks import BEYOND, LENGTH, PITCH, SHORTER, _at, _bent, _grows, _unit, standing
 from .presets import HAIRLINE
 from .shell import Shell, edge_heights
 
@@ -74,7 +74,7 @@ def grow(
         raise InputError(f"the detail of hair must be from 0 to 1, got {detail}")
     count = round((1 + cut.curl) * (FEWEST + detail * (MOST - FEWEST)))
     points = round(POINTS[0] + detail * (POINTS[1] - POINTS[0]))
-    length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl)
+    length = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * (1 - SHORTER * cut.stand)
     if cut.curl:
         points = max(points, min(round(A_TURN * cut.curl * length / PITCH), 2 * POINTS[1]))
     corners, uv = _scalp(rig)
@@ -167,6 +167,7 @@ def _on_the_head(
     clump = cKDTree(ways[:guides]).query(ways)[1]
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl, guides)[clump]
     step = np.where(back, -1, 1) * length_of / (points - 1)
+    lean = lean + np.where(back, -(cut.sweep or 0.0), 0)
     path = _walked(place, step, lean, metres, wide, points)
     t = np.linspace(0, 1, points)
     over = path[clump, :, 0] - path[..., 0]
@@ -185,6 +186,7 @@ def _on_the_head(
     up = _unit(_at(_unit(np.cross(along, across)), path))
     off = OFF * rng.uniform(0, 1, n)[:, None, None]
     middle = low + risen * (layer * (high - low) + off * up)
+    middle = middle + (standing(cut, up) * t**1.5)[..., None] * up
     middle[:, 0] = roots
 
     # What waves and curls a clump has, its strands have.

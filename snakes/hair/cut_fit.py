@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, grey_opening, median_filter
+from scipy.ndimage import grey_closing, grey_opening
 
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
@@ -22,9 +22,11 @@ from facs_rig.hair.head import WIDEST, head_of
 from facs_rig.hair.presets import HAIRLINE, LYING, TOP
 from facs_rig.hair.shell import shell_on
 
+from .combed import combed
 from .gathered import gathered
 from .region import PageHair
 from .sight import Outline, Sight, bilinear
+from .steady import steadiest
 
 __all__ = ["fit_cut"]
 
@@ -43,6 +45,9 @@ THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
 HUNG = -0.5
 """Height below which hair at the sides hangs: the mouth's."""
+BESIDE_FACE, STRAND, LONG = (-0.4, -0.6, -0.8, -1.0), 0.02, -0.9
+"""Heights beside the lower face between which falling hair is somewhere wider than a strand, how
+wide that may be in metres, and the height below which hair falls however wide it is."""
 NAPE, BELOW = np.radians(25), 0.3
 """Radians behind a head's outline where its hairline may yet be seen, and how far below that hair
 ends that hangs."""
@@ -52,9 +57,6 @@ on that is so."""
 TIP, JAGGED = 5, 0.12
 """Azimuths side by side to which a lock has to reach that hangs down farther than by this height
 below those beside it."""
-TOOTH, FOREHEAD = 5, np.radians(62)
-"""Azimuths side by side to which hair that lies has to reach over the forehead to be no tooth, and
-radians from the front to which that goes."""
 TEMPLES, CHEEKS = (np.radians(42), np.radians(80)), 0.3
 """Radians from the front between which falling hair grows as thick as it is at the sides, and the
 share of it that it has before: it lies on the cheeks."""
@@ -64,6 +66,15 @@ usually are, and over what height these go from hair to skin."""
 EARS, DOUBTED = (np.radians(92), np.radians(15)), 0.3
 """Radians from the front where ears are, and how far around, and how well hair is seen there that
 lies: dark ears beside it are taken for it."""
+STEADY = 20.0
+"""Places seen wrongly that an edge which goes up and down by a whole head has to be worth: a notch
+narrower than some 15 degrees is not."""
+HIGHEST_FROM, EAR_AT, SIDE_AT = np.radians(38), 10, 7
+"""Radians from the front within which a side's hairline is highest, and the azimuths to which it
+only goes down from there, of hair that lies and that hangs."""
+CHEEK, ON_CHEEK = np.radians((34, 50, 78, 90)), 0.12
+"""Radians from the front between which lying hair is no more than so far below the usual hairline,
+rising and fading, and that height."""
 UNSEEN = 0.4
 """How well an azimuth is seen below which it is taken to be as on the other side."""
 BARE, HAIRY = 0.86, 0.75
@@ -109,7 +120,12 @@ def fit_cut(
         if rim is None:
             edge, falls = _edges(sight, outline, hangs, thick)
         cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
-    return replace(cut, balls=gathered(sight, cut))
+    cut = replace(cut, balls=gathered(sight, cut))
+    if hangs or top is not None or cut.balls or cut.curl:
+        return cut
+    stand, sweep = combed(sight, whole, edge)
+    # What is combed up and back is not parted as well.
+    return replace(cut, stand=stand, sweep=sweep, part=cut.part if sweep is None else None)
 
 
 def _cut(
@@ -155,12 +171,17 @@ def _apex(edge: NDArray) -> float | None:
 
 
 def _hangs(sight: Sight, outline: Outline) -> bool:
-    """Whether hair falls at a side: lower than the mouth, and than the nape where that is seen."""
+    """Whether hair falls at a side: lower than the mouth, and than the nape where that is seen.
+
+    A strand beside the face falls from hair that is short or pinned up as well.
+    """
     for side in (-1, 1):
         behind = float(_away(sight.azimuth + side * np.pi / 2)) + NAPE
         nape = float(np.interp(np.degrees(min(behind, np.pi)), *np.array(HAIRLINE).T))
-        if sight.lowest(outline, side) < min(HUNG, nape - BELOW) and sight.is_mane(side):
-            return True
+        low = sight.lowest(outline, side)
+        if low < min(HUNG, nape - BELOW) and sight.is_mane(side):
+            if low < LONG or sight.fullness(side, BESIDE_FACE) > STRAND:
+                return True
     return False
 
 
@@ -183,11 +204,12 @@ def _edges(
         seen = np.where(ears & (seen > 0), DOUBTED * seen, seen)
         usual = np.tanh((HEIGHTS - base[:, None]) / SOFTLY)
         seen = _rounded(seen + USUAL * usual * np.minimum(weight.max(axis=1) / USUAL, 1)[:, None])
-    # Hair above a height and none below: the height of which that is true for the most.
+    # Hair above a height and none below: the heights of which that is true for the most.
     above = np.concatenate([np.zeros((AZIMUTHS, 1)), np.cumsum(seen, axis=1)], axis=1)
-    best = above.argmax(axis=1)
     between = np.concatenate([[HEIGHTS[0]], (HEIGHTS[1:] + HEIGHTS[:-1]) / 2, [HEIGHTS[-1]]])
-    found, sure = between[best], weight[:, :40].mean(axis=1)
+    best = above.argmax(axis=1) if hangs else steadiest(above, between, base, STEADY)
+    found = between[best]
+    sure = weight[:, :40].mean(axis=1)
     sure = np.where(sure > 0.1, np.minimum(2 * sure, 1), 0)
     for side in (-1, 1):
         low = sight.lowest(outline, side)
@@ -204,6 +226,7 @@ def _edges(
     front = (_away(ANGLES) < np.radians(75)) & (sure > 0.3)
     if front.any() and np.median(found[front]) < HAIRY:
         sure = np.where(found > BARE, 0, sure)
+    found = _declining(found, sure, SIDE_AT if hangs else EAR_AT)
     edge = _continued(found, sure, base)
     if hangs:
         even = grey_opening(edge, GAP, mode="wrap")
@@ -211,11 +234,41 @@ def _edges(
         front = np.maximum(edge, grey_closing(edge, TIP, mode="wrap") - JAGGED / 2)
         edge = np.where(_away(ANGLES) > SIDES, even, front)
     else:
-        plain = median_filter(edge, TOOTH, mode="wrap")
-        edge = np.where(_away(ANGLES) < FOREHEAD, plain, edge)
+        edge = _off_the_cheeks(edge)
     clear = LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1)
     edge = np.clip(np.maximum(edge, clear), HEIGHTS[-1], HIGHEST)
     return edge, (edge < WIDEST) & hangs
+
+
+def _declining(values: NDArray, sure: NDArray, last: int) -> NDArray[np.float64]:
+    """(48,) heights that do not rise again between where a side's hairline is highest and its last
+    azimuth: the nearest such ones, by weights (isotonic regression, pooling adjacent violators).
+
+    A head that is turned shows its far side slantwise, up to somewhere: there a notch would be."""
+    out = values.copy()
+    from_the_front = np.arange(int(HIGHEST_FROM * AZIMUTHS / (2 * np.pi)) + 1)
+    for side in (1, -1):
+        first = int(values[side * from_the_front].argmax())
+        at = side * np.arange(first, last)
+        pools: list[tuple[float, float, int]] = []  # value, weight, places
+        for value, weight in zip(values[at], np.maximum(sure[at], 1e-3), strict=True):
+            pools.append((float(value), float(weight), 1))
+            while len(pools) > 1 and pools[-1][0] > pools[-2][0]:
+                (a, v, m), (b, w, n) = pools[-2:]
+                pools[-2:] = [((a * v + b * w) / (v + w), v + w, m + n)]
+        out[at] = np.repeat([value for value, _, _ in pools], [places for _, _, places in pools])
+    return out
+
+
+def _off_the_cheeks(edge: NDArray) -> NDArray[np.float64]:
+    """(48,) an edge of hair that lies, no more than a little below the usual hairline where cheeks
+    are."""
+    low = np.maximum(_around(HAIRLINE) - edge, 0)
+    begins, whole, until, ends = CHEEK
+    away = _away(ANGLES)
+    there = np.clip((away - begins) / (whole - begins), 0, 1)
+    there = there * np.clip((ends - away) / (ends - until), 0, 1)
+    return edge + there * (low - ON_CHEEK * np.tanh(low / ON_CHEEK))
 
 
 def _rim(sight: Sight) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:

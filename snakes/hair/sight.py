@@ -38,6 +38,8 @@ that it is seen beside the head."""
 LINE, TEMPLE = 1.5, 0.5
 """Cells that a drawn hairline at the head's outline may be wide, and the height below which it is
 at the temples."""
+AXIS = 0.03
+"""Metres from the head's axis from which on hair is beside the face."""
 BESIDE = 0.055
 """Metres beside the head's axis where what hangs is no beard and no collar."""
 
@@ -254,6 +256,18 @@ class Sight:
         level = levels[run[0]] if len(run) else levels[-1]
         widest = self.head.middle[1] - self.head.eyes[1]
         return float(self.head.height(widest - (level + 1) * LEVEL / self._upright))
+
+    def fullness(self, side: int, heights: tuple[float, ...]) -> float:
+        """Metres that hair at the picture's left (-1) or right (1) is wide between two of these
+        heights (falling), the most: of a few strands and of what ends above them that is little."""
+        at, away = self._polar(np.argwhere(self.page.hair)[:, ::-1].astype(float))
+        first = RAYS + (LEVELS if side > 0 else 0)
+        beside = (at >= first) & (at < first + LEVELS) & (away > AXIS)
+        widest = self.head.middle[1] - self.head.eyes[1]
+        height = self.head.height(widest - (at[beside] - first + 0.5) * LEVEL / self._upright)
+        cells = np.histogram(-height, -np.array(heights))[0]
+        tall = -np.diff(np.array(heights)) * self.head.below * self._upright
+        return float((cells / self.unit**2 / tall).max())
 
     def is_mane(self, side: int) -> bool:
         """Whether what hangs at the picture's left (-1) or right (1) falls from the whole side: it

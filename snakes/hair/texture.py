@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from .scallops import is_scalloped, streak
+
 __all__ = [
-    "TEXTURES", "Strokes", "parting", "strokes_in", "tensor", "texture_of",
-    "tone_of", "waves_in",
+    "TEXTURES", "Strokes", "parting", "strokes_in", "tensor", "texture_of", "tone_of", "waves_in",
 ]  # fmt: skip
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")
@@ -23,6 +24,8 @@ FULL = 0.75
 """Mean ink of hair that is as dark as it gets."""
 SOLID, BLACK = 0.018, 0.45
 """Half the width in heads from which on ink is an area, and the share of the inside that is one."""
+STREAK = 0.15
+"""Heads that highlights are long on the average in black hair that is straight."""
 EMPTY = 0.07
 """Mean ink of an inside in which there is nothing but a few lines."""
 AIMLESS = 0.56
@@ -118,7 +121,9 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     core = ndimage.distance_transform_edt(dark) > SOLID * rows
     solid = ndimage.distance_transform_edt(~core) <= SOLID * rows
     if solid[inside].mean() > BLACK:
-        return "black"
+        along = streak(ink, region, rows)
+        straight = along is not None and along > STREAK
+        return "black" if straight or not is_scalloped(ink, region, rows) else "curls"
     label, count = ndimage.label(dark & region, np.ones((3, 3)))
     if count > 12:
         length = [max(a.stop - a.start, b.stop - b.start) for a, b in ndimage.find_objects(label)]
@@ -129,7 +134,9 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     aimless = drawn.any() and strokes.coherence[drawn].mean() < AIMLESS
     if aimless and _bend(ink, inside, rows) > BENT:
         return "curls"
-    return "outline" if ink[inside].mean() < EMPTY else "strands"
+    if ink[inside].mean() >= EMPTY:
+        return "strands"
+    return "curls" if is_scalloped(ink, region, rows) else "outline"
 
 
 def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:

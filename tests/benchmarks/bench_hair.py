@@ -76,6 +76,10 @@ def scalp_seen(
     above = head.height(rest[:, 1] - head.eyes[1]) - edge_heights(cut, azimuth % (2 * np.pi))
     scalp = (rest[:, 2] < head.eyes[2] - 0.04) & (rest[:, 1] > head.eyes[1] + WIDEST * head.above)
     covered = (above > MARGIN) & scalp & rig.parts["skin"]
+    if cut.top is not None:  # a bald crown is to be seen
+        height = head.height(rest[:, 1] - head.eyes[1])
+        top = np.interp(azimuth, ANGLES, cut.top, period=2 * np.pi)
+        covered &= height < top - MARGIN
     every = np.concatenate([rig.triangles, hair.triangles + len(face)])
     shows = rasterise(np.concatenate([face, hair.on(face)]), every, camera).triangle
     skin = shows[(shows >= 0) & (shows < len(rig.triangles))]

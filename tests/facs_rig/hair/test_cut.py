@@ -1,12 +1,15 @@
 """A cut takes what it can use and says in a sentence what it cannot."""
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from facs_rig.common.errors import InputError
-from facs_rig.hair.cut import ANGLES, AZIMUTHS, Ball, Cut, mirrored
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, Ball, Cut, from_json, mirrored, to_json
 from facs_rig.hair.presets import PRESETS, preset
 
 EDGE, THICK = np.full(AZIMUTHS, 0.4), np.full((AZIMUTHS, 4), 0.01)
@@ -27,6 +30,8 @@ LINE = np.array([[np.pi, 0.5, 0.0], [np.pi, 0.0, 0.03]])
         ({"curl": 1.5}, "curl must be from 0 to 1, got 1.5"),
         ({"wave": np.nan}, "wave must be from 0 to 1, got nan"),
         ({"colour": -0.1}, "colour must be from 0 to 1"),
+        ({"stand": -0.5}, "stand must be from 0 to 1, got -0.5"),
+        ({"sweep": np.nan}, "sweep must be within a quarter turn, got nan"),
         ({"part": 2.0}, "part must be within a quarter turn, got 2.0"),
     ],
 )
@@ -76,3 +81,18 @@ def test_a_mirror_in_a_mirror_changes_nothing(edge, part):
 def test_a_cut_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         preset("bob").edge[0] = 1
+
+
+def test_how_hair_stands_is_kept_and_mirrored():
+    cut = replace(preset("crop"), stand=0.7, sweep=0.4)
+    again = from_json(to_json(cut))
+    assert (again.stand, again.sweep) == (0.7, 0.4)
+    assert (mirrored(cut).stand, mirrored(cut).sweep) == (0.7, -0.4)
+
+
+def test_hair_that_lies_is_kept_as_it_was_before():
+    """Files of hair without these two are read, and written, as they were."""
+    kept = json.loads(to_json(preset("bob")))
+    assert not {"stand", "sweep"} & set(kept)
+    assert from_json(json.dumps(kept)).stand == 0
+    assert from_json(json.dumps(kept)).sweep is None

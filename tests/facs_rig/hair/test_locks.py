@@ -1,5 +1,7 @@
 """Locks are ribbons on the shell: so many, so wide, the way that the hair goes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -103,6 +105,31 @@ def test_hair_grows_up_from_a_hairline_and_down_to_a_fringe(rig):
         front = from_the_front(root, head) < 40
         assert (tip[front, 1] > root[front, 1]).mean() > 0.9 if up else (
             tip[front, 1] < root[front, 1]).mean() > 0.9  # fmt: skip
+
+
+def test_hair_that_stands_has_its_tips_out_of_the_surface_most_on_top(rig):
+    away = {}
+    for stand in (0.0, 0.5, 1.0):
+        cut = replace(preset("crop"), stand=stand)
+        made, on = hair(rig, {}, cut, seeded())
+        outer = made.points[made.outer].reshape(-1, 3)
+        tips = on.points[on.uv[:, 1] == 1]
+        far = cKDTree(outer).query(tips)[0]
+        top = tips[:, 1] > head_of(rig, {}).middle[1] + 0.06
+        away[stand] = np.median(far[top]), np.median(far[~top])
+    assert away[0.0][0] < 3 * MM < away[0.5][0] < away[1.0][0] < 30 * MM
+    assert away[1.0][1] < away[1.0][0]
+
+
+@pytest.mark.parametrize("sweep", [-0.8, 0.0, 0.8])
+def test_hair_is_swept_from_a_low_hairline(rig, sweep):
+    """Back, and to the side that is said."""
+    cut = replace(preset("crop"), edge=preset("crop").edge - 0.15, sweep=sweep)
+    root, tip = roots_and_tips(shell(rig, {}, cut), cut)
+    front = (from_the_front(root, head_of(rig, {})) < 30) & (root[:, 1] > tip[:, 1] - 0.3)
+    way = (tip - root)[front]
+    assert (way[:, 2] < 0).mean() > 0.8
+    assert abs(np.median(way[:, 0])) < 0.01 if not sweep else (way[:, 0] * sweep > 0).mean() > 0.8
 
 
 def test_hair_runs_along_a_steep_edge(rig):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -113,3 +115,14 @@ def test_hair_of_strands_lies_under_them(rig):
     assert thin.strands is not None and whole.strands is None
     assert np.ptp(thin.points[:, 0]) < np.ptp(whole.points[:, 0]) - 0.003
     assert len(thin.points) == len(whole.points)
+
+
+def test_strands_stand_as_locks_do(rig):
+    cut = replace(preset("crop"), stand=1.0)
+    lying, standing = (
+        grow(rig, WHO, of, shell(rig, WHO, of), np.random.default_rng(0)).points[:, -1]
+        for of in (preset("crop"), cut)
+    )
+    middle = head_of(rig, WHO).middle
+    lying, standing = (np.linalg.norm(tips - middle, axis=1) for tips in (lying, standing))
+    assert 0.004 < np.median(standing) - np.median(lying) < 0.03

@@ -10,11 +10,14 @@ from scipy.spatial import cKDTree
 
 from facs_rig import Camera, load_rig
 from facs_rig.common.box import Box
-from facs_rig.hair.cut import AZIMUTHS, mirrored
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, mirrored
+from facs_rig.hair.head import head_of
 from facs_rig.hair.presets import preset
 from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
 from snakes.hair.region import PageHair
+from snakes.hair.sight import Sight
+from snakes.hair.steady import steadiest
 from snakes.hair.texture import Strokes
 
 
@@ -139,3 +142,93 @@ def test_hair_that_leaves_the_page_does_not_end_there(hairy):
     cut = fit_cut(page, load_rig(), scene.parameters, scene.vertices, camera)
     above = cut.thick[:, :4]
     assert above.min() > 0.002 and above.max() < 0.06
+
+
+def cells_at(scene, azimuths, heights):
+    """(k, 2) pixels of places on the skin of a scene's head, all azimuths in degrees with all
+    heights."""
+    page, rig = page_of(scene), load_rig()
+    head = head_of(rig, scene.parameters.identity)
+    sight = Sight.of(page, rig, scene.parameters, scene.vertices, scene.camera, head)
+    azimuth, height = (np.ravel(of) for of in np.meshgrid(np.radians(azimuths), heights))
+    far = head.levels(head.axis, azimuth, head.metres(height))
+    x, z = np.sin(azimuth) * far + head.eyes[0], np.cos(azimuth) * far + head.middle[2]
+    y = head.metres(height) + head.eyes[1]
+    return np.round(sight.cells(np.stack([x, y, z], axis=-1))).astype(int)
+
+
+@pytest.mark.parametrize("yaw", [0, 25])
+@pytest.mark.parametrize("bare", [False, True])
+def test_a_hairline_has_no_notch_that_a_stray_line_makes(hairy, yaw, bare):
+    """Fifteen degrees wide, a third of a forehead high: hair that is none, or skin. What is wider
+    and lower is a fringe, and stays."""
+    scene = hairy("crop", yaw)
+    heights = np.linspace(0.6, 0.85, 60) if bare else np.linspace(0.3, 0.6, 60)
+    for wide, stays in (((-4, 11), False), *([] if bare else [((-24, 24), True)])):
+        u, v = cells_at(scene, np.linspace(*wide, 80), heights).T
+        hair = scene.hair.copy()
+        hair[v, u] = not bare
+        changed = np.abs(refitted(scene, hair).edge - refitted(scene).edge).max()
+        assert changed > 0.15 if stays else changed < 0.08
+
+
+def test_a_dark_cheek_is_no_lock(hairy):
+    scene = hairy("crop", 0)
+    u, v = cells_at(scene, np.linspace(48, 80, 60), np.linspace(-0.35, 0.3, 90)).T
+    hair = scene.hair.copy()
+    hair[v, u] = True
+    cheek = (ANGLES > np.radians(45)) & (ANGLES < np.radians(66))
+    lower = (preset("crop").edge - refitted(scene, hair).edge)[cheek]
+    assert lower.max() < 0.15
+
+
+def test_a_line_around_goes_where_most_speaks_for_it_but_not_to_and_fro():
+    heights = np.linspace(1, -1, 41)
+    score = -np.abs(heights - np.where(np.arange(24) < 12, 0.5, -0.5)[:, None]) / 0.05
+    line = heights[steadiest(score, heights, np.zeros(24), 8.0)]
+    assert np.allclose(line, np.where(np.arange(24) < 12, 0.5, -0.5))  # a step stays one
+    score[5] = -np.abs(heights + 0.5) / 0.05
+    assert np.allclose(heights[steadiest(score, heights, np.zeros(24), 15.0)], line)
+    assert heights[steadiest(score, heights, np.zeros(24), 1.0)][5] < -0.4
+
+
+@pytest.mark.parametrize("bun", [False, True])
+def test_a_strand_beside_the_ear_makes_no_bob(hairy, bun):
+    """Short and pinned-up hair lets one fall; as wide as a bob's side it is one."""
+    scene = hairy("crop", 0)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    hair = scene.hair.copy()
+    if bun:
+        r, top = 0.13 * scene.unit, np.flatnonzero(hair.any(axis=1))[0]
+        hair |= np.hypot(u - np.flatnonzero(hair.any(axis=0)).mean(), v - top + 0.6 * r) < r
+    edge = np.flatnonzero(scene.head[cells_at(scene, [0], [0.0])[0, 1]])[-1]
+    (_, eyes), (_, low) = cells_at(scene, [0], [0.1, -0.8])
+    for wide, falls in ((0.03, False), (0.15, True)):
+        side = (v > eyes) & (v < low) & (np.abs(u - edge) < wide * scene.unit)
+        cut = refitted(scene, hair | side)
+        assert cut.hangs == falls
+        assert len(cut.balls) >= bun
+        if not falls:
+            assert cut.edge[[10, 11, 12, 13, -13, -12, -11, -10]].min() > -0.3  # at the ears
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.5])
+def test_strokes_that_run_out_of_the_outline_stand(hairy, lean):
+    """Lying hair runs along its outline; what leans to the picture's right is swept there."""
+    scene = hairy("crop", 0)
+    page = page_of(scene)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    middle = cells_at(scene, [0, 180], [0.31]).mean(axis=0)
+    out = np.arctan2(v - middle[1], u - middle[0])
+    cuts = {}
+    for turned in (lean, np.pi / 2):
+        along = np.stack([np.cos(out + turned), np.sin(out + turned)], axis=-1)
+        drawn = replace(page, strokes=Strokes(along, 1.0 * scene.hair))
+        cuts[turned] = fit_cut(
+            drawn, load_rig(), scene.parameters, scene.vertices, scene.camera
+        )  # fmt: skip
+    assert cuts[np.pi / 2].stand == 0 and cuts[np.pi / 2].sweep is None
+    assert cuts[lean].stand > 0.8
+    assert abs(cuts[lean].sweep - lean) < 0.15
+    fallen = hairy("bob", 0)
+    assert refitted(fallen).stand == 0
