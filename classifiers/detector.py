@@ -145,7 +145,10 @@ class Detector:
                     looks.append(np.array([[mean, np.log(spread)]]))
                 mean, spread = together(*looks)[0].tolist()
                 person[name] = mean, float(np.exp(spread))
-            found = replace(found, mask=head.mask, person=person)
+            mask = head.mask
+            if found.mask:  # hats are hard to tell from hair: two looks err less than one
+                mask = mask.agreed(found.mask, "hat")
+            found = replace(found, mask=mask, person=person)
         return found
 
     def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:

@@ -12,6 +12,7 @@ from facs_rig.common.box import Box
 from .labels import REGIONS
 
 HIDES = 0.5  # from this probability on
+SURE = 1e-3  # probabilities nearer to 0 or 1 than this are taken for it
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +45,17 @@ class Mask:
             shares[row, column] * (1 - a) * (1 - b) + shares[row, right] * a * (1 - b)
             + shares[below, column] * (1 - a) * b + shares[below, right] * a * b
         )  # fmt: skip
+
+    def agreed(self, other: Mask, region: str) -> Mask:
+        """The same, with a region as probable as this mask and another one say on average: of
+        log-odds, for neither knows better than the other what it is unsure of."""
+        index, last = REGIONS.index(region), len(self.shares[0])
+        if index >= len(other.shares):
+            return self
+        middles = (np.arange(last) + 0.5) / last
+        cells = np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2)
+        theirs = other.at(region, self.box.to_pixels(cells)).reshape(last, last)
+        both = np.clip(np.stack([self.shares[index], theirs]), SURE, 1 - SURE)
+        shares = self.shares.copy()
+        shares[index] = 1 / (1 + np.exp(-np.log(both / (1 - both)).mean(axis=0)))
+        return Mask(self.box, shares)

@@ -63,7 +63,9 @@ WEIGHTED = {"hat": 2.0, "beard": 2.0}
 RARE, AGAIN = ("beard", "hat"), 3
 
 
-def dressed(ink: NDArray, marks: NDArray, kept: NDArray[np.bool_], rng: np.random.Generator):
+def dressed(
+    ink: NDArray, marks: NDArray, kept: NDArray[np.bool_], rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """A page (h, w) uint8 with clothes below the neck that are inked as hair is: black, grey, in
     strokes one way or both.
 
@@ -111,7 +113,7 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
     folds = record["aus"].get("smile", 0) > 1.5
     ink, points, turn = artistic_page(drawing, points, folds, man, names, rng, bald=False)
     if outlines is not None and rng.random() < CLOTHED:
-        over = Image.new("1", ink.shape[::-1])
+        over = Image.new("1", (ink.shape[1], ink.shape[0]))
         for a, b in zip(outlines.starts[:-1], outlines.starts[1:], strict=True):
             if b - a > 2:
                 outline = points[count + a : count + b].ravel().tolist()

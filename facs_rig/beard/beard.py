@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ LONGEST = 0.25
 
 @dataclass(frozen=True)
 class Beard:
-    """One beard, alike on both sides.
+    """One beard, alike on both sides but for the way that its hairs lean.
 
     cover : (12, 18) float, how thick it grows on the chart of the lower face, 0..1: from the chin
         to the ear (chart.ALONG), and from under the jaw up the face (chart.UP)
@@ -26,6 +26,8 @@ class Beard:
     fall : how far long hairs hang down, 0 stand off to 1
     curl : 0 straight to 1
     colour : 0 blond to 1 black, as the brows' (see facs_rig.looks)
+    lean : (2, 12, 18) float, radians that hairs lean away from the face's middle, more than hair
+        does of itself (chart.Chart.flow), on the left side and on the right
 
     InputError for arrays of another shape and for numbers that are none or out of range.
     """
@@ -36,10 +38,13 @@ class Beard:
     fall: float = 0.6
     curl: float = 0.0
     colour: float = 0.75
+    lean: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, COLUMNS, ROWS)))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cover", _numbers(self.cover, "cover", (COLUMNS, ROWS), 1.0))
         object.__setattr__(self, "length", _numbers(self.length, "length", (COLUMNS,), LONGEST))
+        leans = _numbers(self.lean, "lean", (2, COLUMNS, ROWS), np.pi, -np.pi)
+        object.__setattr__(self, "lean", leans)
         for name, most in (("moustache", LONGEST), ("fall", 1.0), ("curl", 1.0), ("colour", 1.0)):
             if not 0 <= getattr(self, name) <= most:
                 value = getattr(self, name)
@@ -49,15 +54,18 @@ class Beard:
 def to_json(beard: Beard) -> str:
     """The beard as a text that `from_json` reads: exact, and the same for the same beard."""
     kept = {name: getattr(beard, name) for name in ("moustache", "fall", "curl", "colour")}
-    return json.dumps({"cover": beard.cover.tolist(), "length": beard.length.tolist(), **kept})
+    tables = {name: getattr(beard, name).tolist() for name in ("cover", "length", "lean")}
+    return json.dumps({**tables, **kept})
 
 
 def from_json(text: str) -> Beard:
     """The beard that `to_json` wrote. InputError, one sentence, for any other text."""
     try:
         kept = dict(json.loads(text))
-        more = (float(kept[name]) for name in ("moustache", "fall", "curl", "colour"))
-        return Beard(kept["cover"], kept["length"], *more)
+        more = [float(kept[name]) for name in ("moustache", "fall", "curl", "colour")]
+        beard = Beard(kept["cover"], kept["length"], more[0], more[1], more[2], more[3])
+        # Older files do not say how hairs lean.
+        return replace(beard, lean=kept["lean"]) if "lean" in kept else beard
     except InputError as error:
         raise InputError(f"what is kept of the beard cannot be used: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -65,15 +73,16 @@ def from_json(text: str) -> Beard:
 
 
 def _numbers(
-    values: NDArray, name: str, shape: tuple[int, ...], most: float
+    values: NDArray, name: str, shape: tuple[int, ...], most: float, least: float = 0.0
 ) -> NDArray[np.float64]:
-    """The values as floats of a shape from 0 to `most`; InputError for others."""
+    """The values as floats of a shape from `least` to `most`; InputError for others."""
     out = np.array(values, dtype=np.float64)
     if out.shape != shape:
         wanted, got = (" x ".join(map(str, size)) for size in (shape, out.shape))
         raise InputError(f"a beard's {name} must be {wanted} numbers, got {got or 'one'}")
-    if not ((out >= 0) & (out <= most)).all():  # which no nan is
-        bad = out[~((out >= 0) & (out <= most))][0]
-        raise InputError(f"a beard's {name} must be from 0 to {most:g}, but holds {bad}")
+    within = (out >= least) & (out <= most)
+    if not within.all():  # which no nan is
+        bad = out[~within][0]
+        raise InputError(f"a beard's {name} must be from {least:g} to {most:g}, but holds {bad}")
     out.flags.writeable = False
     return out

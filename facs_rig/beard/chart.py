@@ -59,6 +59,7 @@ class Roots:
     index, weight : (r, 3) vertices of the rig, and their weights
     anchors : (r, 3) vertices around each, by which the skin's turning is told
     place : (r, 2) on the chart
+    across : (r,) metres on the default face from its middle, more than none to its left
     above : (r,) bool, over the mouth
     """
 
@@ -66,6 +67,7 @@ class Roots:
     weight: NDArray[np.float64]
     anchors: NDArray[np.int32]
     place: NDArray[np.float64]
+    across: NDArray[np.float64]
     above: NDArray[np.bool_]
 
 
@@ -205,7 +207,7 @@ def roots_of(rig: FaceRig) -> Roots:
     mark = landmark_points(rig, rest)
     above = _over_mouth(at, mark)
     anchors = _anchors(at, chart.normal[own[:, 0]], above, chart.vertices, rest, mark)
-    return Roots(index.astype(np.int32), weight, anchors, place, above)
+    return Roots(index.astype(np.int32), weight, anchors, place, at[:, 0], above)
 
 
 def _over_mouth(points: NDArray, mark: dict[str, NDArray]) -> NDArray[np.bool_]:

@@ -37,6 +37,8 @@ OPEN = 0.0055
 """Metres over the line of the mouth that a moustache ends."""
 LOCKS = 9
 """Hairs to a lock of a long beard."""
+BOTH = 0.003
+"""Metres from the middle within which the ways that hairs lean on both sides are mixed."""
 HANGS = (0.012, 0.05)
 """Length between which hairs begin to hang down rather than lie, and to keep upright with the
 head."""
@@ -81,7 +83,10 @@ def hairs(rig: FaceRig, vertices: NDArray, beard: Beard, triangles: float) -> Ha
     length, cover = length[kept], cover[kept]
     spread = rng.uniform(-1, 1, (3, len(roots.place)))[:, kept]
     length = length * (1 + 0.25 * spread[0])
-    base, out, flow = _frames(rig, vertices, roots, kept)
+    base, out, flow = frames(rig, vertices, roots, kept)
+    if beard.lean.any():
+        turn = _leans(beard, roots, kept)[:, None]
+        flow = np.cos(turn) * flow + np.sin(turn) * np.cross(out, flow)
     middle = _paths(base, out, flow, length, steps, beard, spread, roots.above[kept])
     middle = _off_the_mouth(rig, vertices, middle, roots.above[kept])
     middle = _off_the_skin(rig, vertices, middle)
@@ -100,10 +105,23 @@ def lengths(beard: Beard, roots: Roots, cover: NDArray) -> NDArray[np.float64]:
     return np.where(roots.above, beard.moustache * np.clip(0.5 + 0.6 * cover, 0, 1), length)
 
 
-def _frames(
+def _leans(beard: Beard, roots: Roots, kept: NDArray) -> NDArray[np.float64]:
+    """(k,) radians by which hairs at roots turn to the face's left from where they lie."""
+    left, right = (on_chart(side, roots.place[kept]) for side in beard.lean)
+    share = 0.5 + 0.5 * np.tanh(roots.across[kept] / BOTH)
+    return share * left - (1 - share) * right
+
+
+def rise_of(length: NDArray) -> NDArray[np.float64]:
+    """Radians that hairs of a length, metres, stand off the skin at the root."""
+    return np.interp(length, *np.array(STANDS).T)
+
+
+def frames(
     rig: FaceRig, vertices: NDArray, roots: Roots, kept: NDArray
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Places of roots, the ways out of the skin there, and along it as hair lies, (k, 3) each."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Places of roots (k,) on an upright face at rest (v, 3), metres, the ways out of the skin
+    there, and along it as hair lies of itself, (k, 3) each."""
     chart = chart_of(rig)
     normals = np.zeros((rig.n_vertices, 3))
     flow = np.zeros((rig.n_vertices, 3))
@@ -127,7 +145,7 @@ def _paths(
     aside = np.cross(out, flow)
     lean = 0.25 * spread[1][:, None]
     first = flow * np.cos(lean) + aside * np.sin(lean)
-    rise = (np.interp(length, *np.array(STANDS).T) * (1 + 0.35 * spread[2]))[:, None]
+    rise = (rise_of(length) * (1 + 0.35 * spread[2]))[:, None]
     first = np.cos(rise) * first + np.sin(rise) * out
     hang = beard.fall * np.clip((length - HANGS[0]) / (HANGS[1] - HANGS[0]), 0, 1)
     hang = np.where(above, 0.5 * hang, hang)[:, None]

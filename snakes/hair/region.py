@@ -36,7 +36,7 @@ At = Callable[[str, NDArray[np.float64]], NDArray[np.float64]]
 
 ROWS = 112
 """Cells to a head of HEAD metres."""
-COARSER = 4
+COARSER = 2
 """Cells from one place to the next at which the network is asked."""
 ROOM = (0.45, 0.40, 0.45, 0.75)
 """Heads to the left, above, to the right and below the posed head that are looked at."""

@@ -10,7 +10,9 @@ from scipy import ndimage
 
 from .scallops import is_scalloped, streak
 
-__all__ = ["TEXTURES", "Strokes", "parting", "strokes_in", "texture_of", "tone_of", "waves_in"]
+__all__ = [
+    "TEXTURES", "Strokes", "parting", "strokes_in", "tensor", "texture_of", "tone_of", "waves_in",
+]  # fmt: skip
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")
 
@@ -61,8 +63,7 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
 
     rows : cells to a head
 
-    By the structure tensor (Bigün & Granlund 1987, "Optimal orientation detection of linear
-    symmetry", ICCV), as scikit-image has it.
+    By the structure tensor.
     """
     along = np.zeros((*ink.shape, 2))
     along[..., 1] = 1.0
@@ -73,13 +74,7 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
         slice(max(at.start - 8, 0), at.stop + 8)
         for at in ndimage.find_objects(region.astype(np.uint8))[0]
     )
-    soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
-    # The structure tensor; skimage.feature, which has it, takes longer to load than to use.
-    v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
-    down, across, right = (
-        ndimage.gaussian_filter(a * b, NEAR * rows, mode="constant")
-        for a, b in ((v, v), (v, u), (u, u))
-    )
+    down, across, right = tensor(ink[part], NEAR * rows)
     # Strokes run across the direction in which ink changes most.
     turn = 0.5 * np.arctan2(2 * across, right - down) + np.pi / 2
     total = right + down
@@ -88,6 +83,27 @@ def strokes_in(ink: NDArray, region: NDArray, rows: int) -> Strokes:
     clear = total > 1e-4
     coherence[part] = np.where(clear & region[part], spread / np.maximum(total, 1e-9), 0.0)
     return Strokes(along, coherence)
+
+
+def tensor(
+    ink: NDArray, near: float, counts: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """The structure tensor of a picture (h, w), 1 is ink, by cells: how much ink changes downward,
+    both ways together, and to the right, squares, (h, w) each.
+
+    near : cells around each within which changes are summed up;  counts : (h, w) those that are
+
+    Bigün & Granlund 1987, "Optimal orientation detection of linear symmetry", ICCV, as scikit-image
+    has it, whose skimage.feature takes longer to load than to use.
+    """
+    soft = ndimage.gaussian_filter(ink.astype(np.float32), 0.7)
+    v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
+    if counts is not None:
+        v, u = v * counts, u * counts
+    down, across, right = (
+        ndimage.gaussian_filter(a * b, near, mode="constant") for a, b in ((v, v), (v, u), (u, u))
+    )
+    return down, across, right
 
 
 def tone_of(ink: NDArray, region: NDArray) -> float:
@@ -127,12 +143,7 @@ def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
     """How sharply strokes bend in a part (h, w) bool, one over heads: how fast their direction
     turns along them, the mean by how much ink says it."""
     part = ndimage.find_objects(inside.astype(np.uint8))[0]
-    soft = ndimage.gaussian_filter(ink[part].astype(np.float32), 0.7)
-    v, u = (ndimage.sobel(soft, axis=axis, mode="constant") for axis in (0, 1))
-    down, across, right = (
-        ndimage.gaussian_filter(a * b, STROKE * rows, mode="constant")
-        for a, b in ((v, v), (v, u), (u, u))
-    )
+    down, across, right = tensor(ink[part], STROKE * rows)
     total = down + right
     twice = np.arctan2(2 * across, right - down)
     cos, sin = np.cos(twice), np.sin(twice)

@@ -164,35 +164,48 @@ def test_pixels_are_those_of_the_picture_as_it_lies(capsys, folder, clockwise):
     np.testing.assert_allclose(second["faces"][0]["box"], expected, atol=0.2)
 
 
-@pytest.mark.parametrize("clockwise", [90, 180, 270])
-def test_a_fit_is_the_same_however_the_picture_lies(capsys, folder, clockwise):
-    """Projection, strokes without a place, pins and the head's box lie as the picture does."""
-    pin = lying(np.array((430.0, 470.0)), SIZE, clockwise)
-    box = lying(np.array([(200.0, 60.0), (570.0, 610.0)]), SIZE, clockwise)
+PIN, HEAD = np.array((430.0, 470.0)), np.array([(200.0, 60.0), (570.0, 610.0)])
+
+
+def reports_of_fits(folder: Path, clockwise: int) -> dict[str, dict]:
+    """Of a picture that lies so: fitted as it is, with a pin, with the head placed by hand."""
+    pin, box = lying(PIN, SIZE, clockwise), lying(HEAD, SIZE, clockwise)
     box = [*box.min(axis=0), *box.max(axis=0)]
     ways = {
-        "plain": ([], []),
-        "pinned": (["--pin", "mouth_corner_left=430,470"],
-                   ["--pin", f"mouth_corner_left={pin[0]},{pin[1]}"]),
-        "placed": (["--align", "200,60,570,610"], ["--align", ",".join(map(str, box))]),
-    }  # fmt: skip
-    for name, (there, here) in ways.items():
-        reports = []
-        for turn, options in ((0, there), (clockwise, here)):
-            picture, out = turned_file("s.png", turn, CUT), f"{name}{turn}.json"
-            arguments = ["fit", picture, "-o", "f.obj", "--report", out, "--method", "shape", "-q"]
-            assert cli.main([*arguments, *options]) == 0
-            reports.append(json.loads(Path(out).read_text()))
-        up, lies = reports
+        "plain": [],
+        "pinned": ["--pin", f"mouth_corner_left={pin[0]},{pin[1]}"],
+        "placed": ["--align", ",".join(map(str, box))],
+    }
+    picture = turned_file(str(folder / "s.png"), clockwise, CUT)
+    face, told = str(folder / "f.obj"), folder / "r.json"
+    reports = {}
+    for name, options in ways.items():
+        arguments = ["fit", picture, "-o", face, "--report", str(told), "--method", "shape", "-q"]
+        assert cli.main([*arguments, *options]) == 0
+        reports[name] = json.loads(told.read_text())
+    return reports
+
+
+@pytest.fixture(scope="module")
+def upright(tmp_path_factory) -> dict[str, dict]:
+    return reports_of_fits(tmp_path_factory.mktemp("upright"), 0)
+
+
+@pytest.mark.parametrize("clockwise", [90, 180, 270])
+def test_a_fit_is_the_same_however_the_picture_lies(tmp_path, upright, clockwise):
+    """Projection, strokes without a place, pins and the head's box lie as the picture does."""
+    lying_down = reports_of_fits(tmp_path, clockwise)
+    for name, up in upright.items():
+        lies = lying_down[name]
         assert (up["turned"], lies["turned"]) == (0, -clockwise % 360)
         assert_same_aus(up, lies)
         assert up["identity"] == pytest.approx(lies["identity"], abs=0.02)
         assert up["contour_error_px"] == pytest.approx(lies["contour_error_px"], abs=0.1)
         points = np.array([(0.01, 0.02, 0.1, 1), (-0.05, -0.03, 0.08, 1), (0, 0.1, 0.05, 1)])
-        at, there_at = (points @ np.array(r["projection"]).T for r in reports)
+        at, there_at = (points @ np.array(r["projection"]).T for r in (up, lies))
         at, there_at = at / at[:, 2:], there_at / there_at[:, 2:]
         np.testing.assert_allclose(there_at[:, :2], lying(at[:, :2], SIZE, clockwise), atol=0.5)
-        one, other = (np.concatenate([n["polyline"] for n in r["unmatched"]]) for r in reports)
+        one, other = (np.concatenate([n["polyline"] for n in r["unmatched"]]) for r in (up, lies))
         corners = [lying([points.min(axis=0), points.max(axis=0)], SIZE, turn)
                    for points, turn in ((one, clockwise), (other, 0))]  # fmt: skip
         one, other = ([*part.min(axis=0), *part.max(axis=0)] for part in corners)

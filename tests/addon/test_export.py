@@ -28,6 +28,7 @@ from facs_rig.common.files import OutputError
 from facs_rig.fitted_keys import FITTED_REGIONS, FittedKey
 from facs_rig.levels import at_level
 from facs_rig.mesh import vertex_normals
+from tests.nightly import at_night
 from tests.written import in_rig_order, points_of
 
 NAMES = {"ours": (*CONTROL_NAMES, "neutral"), "arkit": (*ARKIT_NAMES, "neutral")}
@@ -288,7 +289,7 @@ def test_an_obj_lies_on_the_texture_as_the_rig_does(tmp_path):
         assert np.abs(rig.uv[corners[near]].mean(axis=1) - found).sum(axis=1).min() < 2e-6
 
 
-@pytest.mark.parametrize("names", NAMES)
+@pytest.mark.parametrize("names", ["ours", at_night("arkit")])  # 50 files of other targets
 def test_an_obj_has_a_face_for_each_key(tmp_path, offsets, names):
     rig, path = load_rig(), tmp_path / "face.obj"
     key_folder(path).mkdir()
@@ -337,8 +338,10 @@ def core(vectors: np.ndarray, world) -> np.ndarray:
     return np.stack([turned[:, 0], turned[:, 2], -turned[:, 1]], axis=1)
 
 
-@pytest.mark.parametrize("suffix", [".glb", ".fbx"])
-@pytest.mark.parametrize("names", NAMES)
+# Each format and each names in every run, every pair of them at night.
+@pytest.mark.parametrize(("names", "suffix"), [
+    ("ours", ".glb"), ("arkit", ".fbx"), at_night("ours", ".fbx"), at_night("arkit", ".glb"),
+])  # fmt: skip
 def test_blender_reads_the_keys_back(tmp_path, offsets, suffix, names, capfd):
     bpy = pytest.importorskip("bpy")
     rig, path = load_rig(), tmp_path / f"face{suffix}"

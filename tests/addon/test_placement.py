@@ -15,6 +15,7 @@ from facs_rig import LANDMARKS, FaceParameters, load_rig
 from facs_rig.common.errors import InputError
 from snakes import HEAD, shape
 from snakes.shape import ROOM
+from tests.nightly import at_night
 
 SKETCH = SKETCHES / "smiling_woman.png"  # 768 x 768, the head from about 150,80 to 620,640
 
@@ -120,7 +121,7 @@ def test_pins_are_measured_from_a_box_where_there_is_one(drawing):
 
 @pytest.mark.parametrize("method", ["lines", "shape"])
 @pytest.mark.parametrize("count", [1, 4, 12])
-@pytest.mark.parametrize("off", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("off", [*map(at_night, (0.02, 0.05)), 0.1])
 def test_pins_of_a_free_hand_are_taken(drawing, plain, method, count, off):
     """Exaggerated, and contradicting each other by a tenth of the head: a caricature has that."""
     rng = np.random.default_rng([count, int(1000 * off)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,16 @@ class Known:
     def places(self, points: NDArray) -> NDArray[np.float64]:
         """Points (k, 3) in metres as pixels of the drawing."""
         return through(self.page, self.camera.project(points))
+
+    @cached_property
+    def lines(self) -> NDArray[np.float64]:
+        """(k, 2) pixels of the drawing: the face's lines."""
+        return through(self.page, face_lines(load_rig(), self.vertices, self.camera).lines.points)
+
+    @cached_property
+    def silhouette(self) -> NDArray[np.bool_]:
+        """(SIZE, SIZE) where the face is."""
+        return silhouette(load_rig(), self.places(self.vertices), SIZE)
 
 
 def known_face(
@@ -90,13 +100,11 @@ def off(posed: NDArray, camera: Camera, truth: Known) -> Off:
     rig = load_rig()
     head = HEAD * truth.camera.scale[0]
     ours = face_lines(rig, posed, camera).lines.points
-    theirs = face_lines(rig, truth.vertices, truth.camera).lines.points
-    theirs = through(truth.page, theirs)
+    theirs = truth.lines
     there = np.minimum(cKDTree(theirs).query(ours)[0], FAR * head).mean()
     back = np.minimum(cKDTree(ours).query(theirs)[0], FAR * head).mean()
 
-    covered = [silhouette(rig, camera.project(posed), SIZE)]
-    covered.append(silhouette(rig, truth.places(truth.vertices), SIZE))
+    covered = [silhouette(rig, camera.project(posed), SIZE), truth.silhouette]
     union, both = (covered[0] | covered[1]).sum(), (covered[0] & covered[1]).sum()
 
     face = face_region(rig)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import pickle
 import warnings
+from hashlib import sha256
 
 import pytest
 
@@ -59,6 +61,47 @@ def kept(tmp_path_factory):
         return bpy.context.active_object
 
     return opened
+
+
+_FITTED: dict[bytes, object] = {}
+MOST_FITTED = 24  # that are kept: each holds some megabytes
+
+
+@pytest.fixture
+def kept_fits(monkeypatch):
+    """`pipeline.fit` that fits a loaded drawing with the same options once, for all tests that ask
+    for this: they are about what becomes of a fit.
+
+    A fit depends on drawing, options and the shipped weights alone. Those of test_shell,
+    test_sources, test_iterate and test_traces are made each time, and so is what is fitted from a
+    file. A test of how a fit goes on asks for `fitted_anew`.
+    """
+    from addon import pipeline
+    from addon.drawing import Drawing
+
+    fit = pipeline.fit
+
+    def kept_fit(sketch, options=None, progress=None, detector=None, shaped=None):
+        if not isinstance(sketch, Drawing):
+            return fit(sketch, options, progress, detector, shaped)
+        key = sha256(pickle.dumps((sketch, options))).digest()
+        found = _FITTED.pop(key, None)
+        if found is None:
+            found = fit(sketch, options, progress, detector, shaped)
+        elif shaped:
+            shaped(found.parameters, found.offsets, found.keys)
+        _FITTED[key] = found  # as the last to go
+        if len(_FITTED) > MOST_FITTED:
+            del _FITTED[next(iter(_FITTED))]
+        return found
+
+    monkeypatch.setattr(pipeline, "fit", kept_fit)
+
+
+@pytest.fixture
+def fitted_anew(kept_fits, monkeypatch):
+    """No fit is known yet."""
+    monkeypatch.setitem(globals(), "_FITTED", {})
 
 
 @pytest.fixture

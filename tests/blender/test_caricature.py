@@ -15,6 +15,8 @@ from facs_rig.identity import BY_NAME, FEATURES  # noqa: E402
 
 from .test_shell import press  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
+
 
 @pytest.fixture
 def face(shell, sketch, kept):

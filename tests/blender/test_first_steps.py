@@ -16,8 +16,9 @@ from mathutils import Vector  # noqa: E402
 from facs_rig.blender.pose import is_face  # noqa: E402
 
 from .conftest import ROOT  # noqa: E402
-from .test_shell import error_of  # noqa: E402
+from .test_shell import error_of, press  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 SKETCHES = ROOT / "addon" / "sketches"
 ops = bpy.ops.sketch_to_face
 
@@ -54,8 +55,8 @@ def factory(shell):
 def test_faces_of_the_factory_scene_stand_clear_and_are_selected(factory):
     assert ops.try_sample(drawing="angry_man") == {"FINISHED"}
     made = []
-    for press in (ops.fit, ops.fit, bpy.ops.mesh.add_facs_face):
-        press()
+    for button in (ops.fit, ops.fit, bpy.ops.mesh.add_facs_face):
+        button()
         made.append(bpy.context.active_object)
         assert is_face(made[-1]) and bpy.context.selected_objects == [made[-1]]
     things = [bpy.data.objects["Cube"], *made]
@@ -97,10 +98,8 @@ def test_a_sample_is_chosen_with_one_press(shell, drawing):
 
 
 @pytest.fixture
-def fitted(shell, sketch):
-    bpy.context.scene.sketch_to_face.sketch = str(sketch)
-    ops.fit()
-    return bpy.context.active_object
+def fitted(shell, sketch, kept):
+    return kept("fitted", lambda: press(sketch))
 
 
 @pytest.mark.parametrize("mode", ["SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT", "TEXTURE_PAINT"])

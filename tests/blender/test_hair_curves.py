@@ -33,10 +33,11 @@ from facs_rig.hair.mesh import hair_mesh  # noqa: E402
 from facs_rig.hair.presets import preset  # noqa: E402
 from facs_rig.hair.style import Style  # noqa: E402
 
-from .test_hair import THEN, TURNED, WHO, back  # noqa: E402
+from .test_hair import THEN, TURNED, WHO, back, light_face  # noqa: E402
 from .test_iterate import again  # noqa: E402
 from .test_shell import error_of, everything, press  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 SAME = 1e-5  # metres
 
 
@@ -362,15 +363,17 @@ def test_hidden_underlayer_or_strands_still_go_to_files(fitted, rig):
     assert shown(fitted, rig).worn == ()
 
 
-def test_a_moving_face_takes_locks_to_the_file(fitted, tmp_path):
+def test_a_moving_face_takes_locks_to_the_file(shell, rig, cut, tmp_path):
+    face = light_face(rig)
+    add_hair(face, rig, cut, "curves")
     for frame, yaw in ((1, 0.0), (5, 0.4)):
-        set_pose(fitted, FaceParameters({}, identity_of(fitted), head=(yaw, 0.0, 0.0)))
-        fitted.parent.pose.bones["head"].keyframe_insert("rotation_euler", frame=frame)
-    path, name, left = tmp_path / "moving.glb", hair_of(fitted).name, everything()
-    under = len(hair_of(fitted).data.vertices)
+        set_pose(face, FaceParameters({}, identity_of(face), head=(yaw, 0.0, 0.0)))
+        face.parent.pose.bones["head"].keyframe_insert("rotation_euler", frame=frame)
+    path, name, left = tmp_path / "moving.glb", hair_of(face).name, everything()
+    under = len(hair_of(face).data.vertices)
     assert bpy.ops.sketch_to_face.export(filepath=str(path), format=".glb") == {"FINISHED"}
     assert everything()["meshes"] == left["meshes"]
-    assert len(hair_of(fitted).data.vertices) == under
+    assert len(hair_of(face).data.vertices) == under
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=str(path))
     found = bpy.data.objects[name]

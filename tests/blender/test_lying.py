@@ -13,6 +13,7 @@ from addon.blender.viewport import overlay  # noqa: E402
 
 from .test_shell import press  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 UPRIGHT = {0: "", 90: "on its side", 180: "upside down", 270: "on its side"}
 
 

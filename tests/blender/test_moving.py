@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree  # noqa: E402
 from facs_rig import FaceParameters  # noqa: E402
 from facs_rig.blender import build_face  # noqa: E402
 from facs_rig.blender.pose import refresh  # noqa: E402
+from facs_rig.levels import at_level  # noqa: E402
 from tests.written import points_of  # noqa: E402
 
 from .conftest import SKETCH  # noqa: E402
@@ -90,14 +91,21 @@ def is_the_same(path, seen, evaluated) -> None:
         assert far < CLOSE, f"frame {frame}"
 
 
+@pytest.fixture(scope="module")
+def light(rig):
+    """The rig with a tenth of its vertices, for what is asked of weights and frames alone."""
+    return at_level(rig, "game")
+
+
 @pytest.fixture
-def storyboard(shell, tmp_path, rig):
-    """A face that two sketches are the key poses of, at frames 1 and 5."""
+def storyboard(shell, tmp_path, rig, request):
+    """A face that two sketches are the key poses of, at frames 1 and 5; light if none is named."""
     folder = tmp_path / "drawn"
     folder.mkdir()
     for number, name in enumerate(("smiling_woman", "angry_man"), 1):
         shutil.copy(SKETCH.parent / f"{name}.png", folder / f"{number}.png")
-    face = build_face("Ann", rig, FaceParameters(identity={"age": 0.6}))
+    level = getattr(request, "param", "game")
+    face = build_face("Ann", at_level(rig, level), FaceParameters(identity={"age": 0.6}))
     select(face)
     scene = bpy.context.scene
     scene.sketch_to_face.storyboard, scene.sketch_to_face.storyboard_every = str(folder), 4
@@ -124,8 +132,8 @@ def test_blenders_gltf_exporter_writes_a_storyboard_with_its_default_settings(
 
 
 @pytest.mark.parametrize("head", [True, False], ids=["with the head", "sliders alone"])
-def test_the_button_key_is_seen_by_the_exporter(shell, rig, tmp_path, head):
-    face = build_face("Ann", rig, FaceParameters())
+def test_the_button_key_is_seen_by_the_exporter(shell, light, tmp_path, head):
+    face = build_face("Ann", light, FaceParameters())
     select(face)
     for frame, smile in ((3, 0.0), (6, 5.0)):
         bpy.context.scene.frame_set(frame)
@@ -146,8 +154,8 @@ def by_hand(face) -> None:
         face.keyframe_insert('["smile"]', frame=frame)
 
 
-def test_keyframes_by_hand_are_seen_while_the_add_on_is_on(shell, rig, tmp_path):
-    face = build_face("Ann", rig, FaceParameters())
+def test_keyframes_by_hand_are_seen_while_the_add_on_is_on(shell, light, tmp_path):
+    face = build_face("Ann", light, FaceParameters())
     by_hand(face)
     assert callable(shell.glTF2_pre_export_callback)
     shell.glTF2_pre_export_callback({})  # as the exporter does for every add-on that is on
@@ -158,7 +166,9 @@ def test_keyframes_by_hand_are_seen_while_the_add_on_is_on(shell, rig, tmp_path)
     assert [weights[k]["smile"] for k in (2, 4)] == pytest.approx([0.2, 1.0])
 
 
-@pytest.mark.parametrize("ending", ["glb", "fbx"])
+@pytest.mark.parametrize(
+    ("storyboard", "ending"), [("full", "glb"), ("game", "fbx")], indirect=["storyboard"]
+)
 def test_the_panel_writes_a_face_as_it_moves(storyboard, tmp_path, evaluated, ending):
     """Whatever moves it: keyframes, strips, drivers of the artist's, the place of its bones."""
     face, scene = storyboard, bpy.context.scene
@@ -182,6 +192,7 @@ def test_the_panel_writes_a_face_as_it_moves(storyboard, tmp_path, evaluated, en
     is_the_same(path, seen, evaluated)
 
 
+@pytest.mark.parametrize("storyboard", ["full"], indirect=True)
 def test_without_animation_the_panel_writes_the_frame_that_is_shown(
     storyboard, tmp_path, evaluated
 ):
@@ -192,8 +203,8 @@ def test_without_animation_the_panel_writes_the_frame_that_is_shown(
     assert np.abs(points_of(path) - evaluated(storyboard)).max() < 5e-5
 
 
-def test_modifiers_that_a_moving_file_leaves_out_are_named(shell, rig, tmp_path, reports):
-    face = build_face("Ann", rig, FaceParameters())
+def test_modifiers_that_a_moving_file_leaves_out_are_named(shell, light, tmp_path, reports):
+    face = build_face("Ann", light, FaceParameters())
     select(face)
     by_hand(face)
     face.modifiers.new("Wobble", "WAVE")
@@ -202,8 +213,8 @@ def test_modifiers_that_a_moving_file_leaves_out_are_named(shell, rig, tmp_path,
     assert "left out: Wobble" in reports()
 
 
-def test_a_hidden_face_that_moves_is_one_sentence(shell, rig, tmp_path):
-    face = build_face("Ann", rig, FaceParameters())
+def test_a_hidden_face_that_moves_is_one_sentence(shell, light, tmp_path):
+    face = build_face("Ann", light, FaceParameters())
     select(face)
     by_hand(face)
     face.parent.hide_set(True)
@@ -220,9 +231,10 @@ sys.path.insert(0, {root!r})
 import bpy
 from facs_rig import FaceParameters, load_rig
 from facs_rig.blender import build_face
+from facs_rig.levels import at_level
 from facs_rig.blender.pose import key_pose, set_pose
 bpy.ops.wm.read_factory_settings(use_empty=True)
-face = build_face("Ann", load_rig(), FaceParameters())
+face = build_face("Ann", at_level(load_rig(), "game"), FaceParameters())
 for frame, smile, turn in ((1, 0.0, 0.0), (4, 5.0, 0.4)):
     set_pose(face, FaceParameters({{"smile": smile}}, head=(turn, 0.0, 0.0)))
     key_pose(face, frame)

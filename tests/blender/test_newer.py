@@ -12,10 +12,11 @@ from tests.nightly import at_night
 from .conftest import ROOT
 from .newer_blender import Missing, blender_5_2_with_the_core
 
-# What touches Blender most: properties, undo, Grease Pencil, timers, shape keys, switching off.
-# Faces as such, retargeting and the zips have tests of their own that take as long again.
-OFTEN = ("test_shell.py", "test_sources.py", "test_tasks.py")
-MORE = ("test_iterate.py", "test_reshape.py", "test_traces.py")
+# What touches Blender most: properties, undo, timers, shape keys, switching off. Sketches of every
+# kind, Grease Pencil and live ones among them, test_packaging.py fits in 5.2 each time; faces as
+# such, retargeting and the zips have tests of their own that take as long again.
+OFTEN = ("test_shell.py", "test_tasks.py")
+MORE = ("test_iterate.py", "test_reshape.py", "test_sources.py", "test_traces.py")
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from tests.nightly import at_night  # noqa: E402
 from .conftest import ROOT, SKETCH  # noqa: E402
 from .sheets import draw_on, image_of, lines_of, pencil_of  # noqa: E402
 
-OFTEN, SESSIONS, LONGEST = 150, 1000, 8  # sessions in every run, in all; presses in one
+OFTEN, SESSIONS, LONGEST = 100, 1000, 8  # sessions in every run, in all; presses in one
 SKETCHES = sorted((ROOT / "addon" / "sketches").glob("*.png"))
 ops = bpy.ops.sketch_to_face
 CUT = "cut"  # property of a face from which the artist has taken something by hand

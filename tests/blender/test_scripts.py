@@ -11,6 +11,7 @@ bpy = pytest.importorskip("bpy")
 from .test_shell import press  # noqa: E402
 from .test_translation import classes  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 TEXTS = ("", ".", "/", "a" * 300, "/proc/self/mem/x", "😀.json")
 ODD = {
     "STRING": lambda _: TEXTS,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -13,6 +16,7 @@ from facs_rig.blender.pose import identity_of, is_face, mover_of, pose_of, refre
 
 from .rigs import error_of  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 ops = bpy.ops.sketch_to_face
 EXACT = 1e-6  # metres
 
@@ -53,9 +57,21 @@ def follows(face, evaluated, *others) -> bool:
 # --- libraries ------------------------------------------------------------------------------------
 
 
+@pytest.fixture(scope="module")
+def made_once(tmp_path_factory):
+    return tmp_path_factory.mktemp("library") / "library.blend"
+
+
 @pytest.fixture
-def library(shell, rig, sketch, tmp_path):
+def library(shell, rig, sketch, tmp_path, made_once):
     """A file with a collection that holds a face with identity keys, and one of a sketch."""
+    if not made_once.exists():
+        make_library(rig, sketch, made_once)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    return Path(shutil.copy(made_once, tmp_path))
+
+
+def make_library(rig, sketch, path: Path) -> None:
     home = bpy.data.collections.new("Cast")
     bpy.context.scene.collection.children.link(home)
     make(rig, "Ann", home, identity_keys=True)
@@ -67,10 +83,7 @@ def library(shell, rig, sketch, tmp_path):
         for collection in thing.users_collection:
             collection.objects.unlink(thing)
         home.objects.link(thing)
-    path = tmp_path / "library.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    return path
 
 
 def linked(path, link=True):

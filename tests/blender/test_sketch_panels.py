@@ -16,6 +16,7 @@ from tests.written import points_of  # noqa: E402
 from .sheets import image_of, lines_of, pencil_of  # noqa: E402
 from .test_shell import press  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("kept_fits")
 FUNCTIONS = bpy.types.UILayout.bl_rna.functions
 
 

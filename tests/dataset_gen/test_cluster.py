@@ -155,6 +155,7 @@ def test_a_fault_on_a_worker_is_a_fault_of_the_program(tmp_path, dask, monkeypat
     assert isinstance(caught.value.__cause__, FileNotFoundError)
 
 
+@pytest.mark.nightly  # Freestyle in several processes, and its Blender that fails, are in each run
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("bpy") is None, reason="Blender as a module is missing")
 def test_freestyle_draws_on_workers(tmp_path, dask, monkeypatch):

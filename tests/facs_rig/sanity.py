@@ -229,6 +229,15 @@ class Surface:
         return float((now - self.in_ball(rest)).max()) if now.any() else 0.0
 
 
+def window(camera: Camera, points: np.ndarray) -> Camera:
+    """The part of a camera's picture, in whole pixels, in which places (k, 3) lie: there it shows
+    the very pixels of the whole picture, for a twentieth of the work."""
+    pixels = camera.project(points)
+    low = np.clip(np.floor(pixels.min(axis=0)).astype(int), 0, None)
+    high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int), (camera.width, camera.height))
+    return camera.cropped(*low, *high, *(high - low))
+
+
 def views(vertices: np.ndarray) -> list[np.ndarray]:
     """The face (n, 3) turned as the views see it."""
     return [vertices @ rotation((yaw, 0.0, 0.0)).T for yaw in YAWS]

@@ -23,6 +23,7 @@ def rig():
     return load_rig()
 
 
+@pytest.fixture(scope="module")
 def rims(rig):
     """The edges (e, 2) of the skin's neck and of the bust."""
     out = []
@@ -37,8 +38,8 @@ def rims(rig):
 
 @pytest.mark.parametrize("who", PEOPLE)
 @pytest.mark.parametrize("pose", [{}, TURNED], ids=["upright", "turned"])
-def test_the_bust_closes_the_neck_however_it_turns(rig, who, pose):
-    skin, bust = rims(rig)
+def test_the_bust_closes_the_neck_however_it_turns(rig, rims, who, pose):
+    skin, bust = rims
     assert len(skin) > 40 and abs(len(skin) - len(bust)) < 5
     points = rig.pose(FaceParameters(identity=who, **pose))
     shares = np.linspace(0, 1, 60)[:, None, None]
@@ -51,9 +52,9 @@ def test_the_bust_closes_the_neck_however_it_turns(rig, who, pose):
 
 
 @pytest.mark.parametrize("who", PEOPLE)
-def test_the_cut_is_even(rig, who):
+def test_the_cut_is_even(rig, rims, who):
     """Near a plane, without corners, and seen from below alone."""
-    bust = np.unique(rims(rig)[1])
+    bust = np.unique(rims[1])
     points = rig.neutral(who).astype(float)
     rim = points[bust]
     table = np.column_stack([np.ones(len(rim)), rim[:, [0, 2]]])

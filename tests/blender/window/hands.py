@@ -13,6 +13,9 @@ import numpy as np
 
 FRAME = 0.1  # seconds between the steps of a person in a hurry
 PATIENCE = 120.0
+# Pixels between the places at which a button is felt for; the second time for a machine that was
+# busy with something else.
+APART = (12, 7)
 
 
 class Desk:
@@ -120,7 +123,7 @@ def find_button(desk: Desk, command: str, found: list, across: float = 0.45):
     `across` says how far from the sidebar's left to the right, 0 to 1, to feel.
     """
     place: list = []
-    for apart in (12, 7):  # the second time for a machine that was busy with something else
+    for apart in APART:
         yield from feel(desk, command, place, across, apart, ctrl=True)
         if place:
             break
@@ -131,12 +134,14 @@ def find_button(desk: Desk, command: str, found: list, across: float = 0.45):
 
 def reach_button(desk: Desk, command: str, found: list, across: float = 0.45):
     """`find_button`, scrolling down from the top as far as it takes."""
-    yield from scroll(desk, -20)
-    for _ in range(6):
-        try:
-            yield from find_button(desk, command, found, across)
-            return
-        except AssertionError:
+    place: list = []
+    for apart in APART:
+        yield from scroll(desk, -30)
+        for _ in range(6):
+            yield from feel(desk, command, place, across, apart, ctrl=True)
+            if place:
+                found += place
+                return
             yield from scroll(desk, 5)
     raise AssertionError(f"no button in the whole sidebar does {command}")
 

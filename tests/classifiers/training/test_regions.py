@@ -144,3 +144,16 @@ def test_a_mask_is_read_between_the_middles_of_its_cells():
     np.testing.assert_allclose(mask.at("hair", points), [0, 0.5, 1, 1, 0])
     assert not mask.at("beard", points).any()
     assert mask.hides(points).tolist() == [False, True, True, True, False]
+
+
+def test_two_masks_agree_on_what_both_say():
+    rng = np.random.default_rng(0)
+    fine = Mask(Box.at(0, 0, 8, 8), rng.uniform(0.1, 0.9, (4, 8, 8)))
+    flat = Mask(Box.at(-4, -4, 16, 16), np.full((4, 2, 2), 0.5))
+    both = fine.agreed(flat, "hat")
+    odds = fine.shares[HAT] / (1 - fine.shares[HAT])
+    np.testing.assert_allclose(both.shares[HAT] / (1 - both.shares[HAT]), np.sqrt(odds))
+    np.testing.assert_array_equal(both.shares[:HAT], fine.shares[:HAT])
+    np.testing.assert_allclose(fine.agreed(fine, "hat").shares, fine.shares)
+    older = Mask(fine.box, fine.shares[:HAT])
+    assert fine.agreed(older, "hat") is fine

@@ -506,7 +506,7 @@ def test_a_minute_of_training_tells_faces_apart_that_it_has_not_seen(tmp_path, s
 
     size = 96
     for name, count, seed in (("seen", seen, 71), ("fresh", fresh, 72)):
-        generate(count, tmp_path / name, seed=seed, jobs=2, scheme="sparse")
+        generate(count, tmp_path / name, seed=seed, scheme="sparse")
     config = Config(size=size, batch=24, minutes=60, steps=steps, workers=0, threads=1, seed=5)
     checkpoint = train.train(shards.load(tmp_path / "seen"), TWELVE, tmp_path / "run", config)
     networks, _ = load_networks(checkpoint)

@@ -51,12 +51,19 @@ def test_forged_text_is_no_beard(forged):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("key", ["cover", "length", "moustache", "fall", "curl", "colour"])
+@pytest.mark.parametrize("key", ["cover", "length", "moustache", "fall", "curl", "colour", "lean"])
 @pytest.mark.parametrize("value", ["x", [[1]], {"a": 1}, float("nan"), 7e9, -1])
 def test_forged_values_are_no_beard(key, value):
     forged = {**json.loads(to_json(preset("goatee"))), key: value}
     with pytest.raises(InputError, match="what is kept of the beard"):
         from_json(json.dumps(forged))
+
+
+def test_a_beard_that_was_kept_before_hairs_leaned_is_read():
+    beard = preset("goatee")
+    kept = json.loads(to_json(beard))
+    del kept["lean"]
+    assert to_json(from_json(json.dumps(kept))) == to_json(beard) and not beard.lean.any()
 
 
 def test_what_is_no_beard_is_one_sentence(rig):
@@ -258,3 +265,24 @@ def test_colour_and_curl_are_its_own(rig):
     straight = preset("full beard")
     curled = beard_mesh(rig, MAN, replace(straight, curl=1.0))
     assert not np.allclose(curled.points, beard_mesh(rig, MAN, straight).points, atol=1 * MM)
+
+
+def test_hairs_lean_as_they_are_told_each_side_away_from_the_middle(rig):
+    plain = replace(preset("stubble"), moustache=0.0)
+    lean = np.stack([np.full((COLUMNS, ROWS), np.radians(40)), np.zeros((COLUMNS, ROWS))])
+    ways = []
+    for beard in (plain, replace(plain, lean=lean), replace(plain, lean=lean[::-1])):
+        mesh = beard_mesh(rig, MAN, beard)
+        base, _, tip = mesh.quads[mesh.quads[:, 2] == mesh.quads[:, 3]][:, :3].T
+        ways.append(mesh.points[tip] - mesh.points[base])
+    across = mesh.points[base, 0]
+    front = rig.neutral(MAN)[:, 2].max() - mesh.points[base, 2] < 30 * MM
+    turned = [
+        np.degrees(np.arctan2(way[:, 0], -way[:, 1]) - np.arctan2(ways[0][:, 0], -ways[0][:, 1]))
+        for way in ways[1:]
+    ]
+    left, right = (front & (side * across > 10 * MM) for side in (1, -1))
+    assert left.sum() > 100 and right.sum() > 100
+    assert np.median(turned[0][left]) == pytest.approx(40, abs=8)
+    assert np.median(turned[1][right]) == pytest.approx(-40, abs=8)
+    assert np.abs(turned[0][right]).max() < 0.5 and np.abs(turned[1][left]).max() < 0.5

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_closing
 
 from dataset_gen import STYLES, ink
 from dataset_gen.conventions import Artist, draw_by_convention, zoomed
@@ -62,7 +63,7 @@ class Page:
         both = np.concatenate([mesh.triangles, mesh.triangles[:, ::-1]]) + len(self.vertices)
         every = np.concatenate([self.vertices, mesh.on(self.vertices)])
         found = rasterise(every, np.concatenate([rig.triangles, both]), self.camera)
-        return found.triangle >= len(rig.triangles)
+        return binary_closing(found.triangle >= len(rig.triangles), iterations=3)
 
 
 def filled(outlines):

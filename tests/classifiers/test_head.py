@@ -1,0 +1,116 @@
+"""The closer look at the head: where it looks, and what the shipped network says lies where."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw
+
+from classifiers import load_detector
+from classifiers.head import LOWER, NAME, SIDE, head_box, head_reader
+from classifiers.mouth import NAME as MOUTH_NAME
+from classifiers.mouth import mouth_reader
+from classifiers.preprocess import as_page, bounding_landmarks, points_of
+from classifiers.runtime import WEIGHTS
+from dataset_gen.generate import make_sample
+from facs_rig import LANDMARKS, Camera, load_rig
+
+SEED = 62_000_003  # far from those of the training, see head.json
+COUNT = 24
+PAGE = 320
+
+
+def neutral_marks(turn=0.0):
+    rig = load_rig()
+    camera = Camera.framing(rig.neutral(), 400, 400)
+    spots = camera.project(rig.neutral()[rig.landmarks]) - 200
+    c, s = np.cos(turn), np.sin(turn)
+    spots = spots @ np.array([[c, s], [-s, c]]) + 200
+    return {name: tuple(spot) for name, spot in zip(LANDMARKS, spots.tolist(), strict=True)}
+
+
+def test_the_box_turns_with_the_face():
+    plain, turned = head_box(neutral_marks()), head_box(neutral_marks(0.5), 0.5)
+    bounds = points_of(neutral_marks(), bounding_landmarks(LANDMARKS))
+    low, high = bounds.min(axis=0), bounds.max(axis=0)
+    side = np.ptp(bounds, axis=0).max()
+    assert plain.width == pytest.approx(SIDE * side)
+    assert plain.middle == pytest.approx((low + high) / 2 + (0, LOWER * side))
+    marks = [points_of(neutral_marks(turn), LANDMARKS) for turn in (0.0, 0.5)]
+    assert turned.to_units(marks[1]) == pytest.approx(plain.to_units(marks[0]))
+
+
+def painted(record, name):
+    page = Image.new("1", (PAGE, PAGE))
+    for outline in record["regions"].get(name, []):
+        ImageDraw.Draw(page).polygon(np.ravel(outline).tolist(), fill=1)
+    return np.asarray(page)
+
+
+def seen(mask, name):
+    v, u = np.mgrid[:PAGE, :PAGE] + 0.5
+    points = np.stack([u.ravel(), v.ravel()], axis=1)
+    inside = mask.box.to_units(points)
+    inside = ((inside > 0) & (inside < 1)).all(axis=1)
+    return ((mask.at(name, points) > 0.5) & inside).reshape(PAGE, PAGE)
+
+
+@pytest.mark.parametrize(("engine", "bar"), [("contours", 0.79), ("conventions", 0.85)])
+def test_hair_is_found_on_drawings_that_it_has_not_seen(engine, bar):
+    overlaps, coarse = [], []
+    detector = load_detector()
+    for k in range(COUNT):
+        drawing, record = make_sample(SEED, k, PAGE, "people", engine, hair=1.0)
+        true = painted(record, "hair")
+        page = drawing.astype(np.float32) / 255
+        found = detector.detect(page)
+        before = detector.read(as_page(page)).mask
+        if true.sum() > 400:
+            for mask, table in ((found.mask, overlaps), (before, coarse)):
+                here = seen(mask, "hair")
+                table.append((here & true).sum() / (here | true).sum())
+    assert np.mean(overlaps) >= bar
+    assert np.mean(overlaps) > np.mean(coarse) + 0.1
+
+
+def test_bald_heads_have_no_hair():
+    found = [
+        seen(load_detector().detect(drawing.astype(np.float32) / 255).mask, "hair").mean()
+        for k in range(COUNT // 2)
+        for drawing, record in [make_sample(SEED + 1, k, PAGE, "people", "contours", hair=0.2)]
+        if not record["regions"].get("hair")
+    ]
+    assert len(found) > COUNT // 6
+    assert np.mean(np.array(found) > 0.01) <= 0.2
+
+
+def test_a_mirrored_page_gives_the_mirrored_answer():
+    drawing, record = make_sample(SEED, 1, PAGE, "people", "contours", hair=1.0)
+    reader = head_reader(WEIGHTS, 1)
+    page = as_page(drawing.astype(np.float32) / 255)
+    plain = reader.read(page, record["landmarks"], 0.0)
+    spots = points_of(record["landmarks"], LANDMARKS) * (-1, 1) + (PAGE, 0)
+    marks = dict(zip(LANDMARKS, spots.tolist(), strict=True))
+    flipped = reader.read(np.ascontiguousarray(page[:, ::-1]), marks, 0.0)
+    shares = flipped.mask.shares[:, :, ::-1]
+    assert shares == pytest.approx(plain.mask.shares, abs=0.02)
+    assert flipped.person == pytest.approx(plain.person, abs=0.01)
+
+
+@pytest.mark.parametrize(("name", "reader"), [(NAME, head_reader), (MOUTH_NAME, mouth_reader)])
+def test_a_damaged_description_is_one_sentence(name, reader, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(WEIGHTS, folder)
+    path = folder / f"{name}.json"
+    about = json.loads(path.read_text())
+    assert SEED != about["seed"]
+    for text in ("", "{}", json.dumps(about | {"size": 3}), json.dumps(about | {"sha256": "0"})):
+        path.write_text(text)
+        with pytest.raises(ValueError, match="install the package again") as said:
+            reader(folder, 1)
+        assert "\n" not in str(said.value)
+    path.unlink()
+    assert reader(folder, 1) is None
