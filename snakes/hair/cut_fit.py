@@ -45,7 +45,7 @@ THIN, THICK = 0.003, 0.09
 """Metres that hair stands off at least and at most."""
 HUNG = -0.5
 """Height below which hair at the sides hangs: the mouth's."""
-BESIDE_FACE, STRAND, LONG = (-0.4, -0.6, -0.8, -1.0), 0.02, -0.9
+BESIDE_FACE, STRAND, LONG = (-0.4, -0.6, -0.8, -1.0), 0.01, -0.9
 """Heights beside the lower face between which falling hair is somewhere wider than a strand, how
 wide that may be in metres, and the height below which hair falls however wide it is."""
 NAPE, BELOW = np.radians(25), 0.3
