@@ -65,6 +65,8 @@ LEAST_BEARD, BEARDED = 0.004, 1.6
 SHADED, DARKER, SHORN = 0.16, 1.3, 1.2
 """Mean ink from which on a scalp is not bare, if it is so many times darker than the face, and the
 log-odds by which a network takes its ink too rarely for hair that is cut to the skin."""
+COLLAR = 0.12
+"""Heads below the nose from which on no piece of hair begins."""
 FALLEN = 0.03
 """Square heads of hair below the mouth from which on it is one that falls."""
 APART = 0.04
@@ -271,10 +273,10 @@ def _hair_in(
 ) -> NDArray[np.bool_]:
     """(h, w) scalp hair: of all cues, by pieces that touch the head and are no strays."""
     share = chance(odds + unlike)
-    if share.max() < 0.5 or not zones.head.any():
-        return np.zeros(ink.shape, dtype=bool)
     row = np.arange(len(ink))[:, None]
     scalp = zones.head & ~zones.face & (row < zones.eyes)
+    if not scalp.any():
+        return np.zeros(ink.shape, dtype=bool)
     paper = outside(ink, share, zones.head)
     cues = odds + unlike + TONED * _tones(ink, share)
     cues = cues + np.where(paper, OUTSIDE, 0.0)
@@ -285,14 +287,23 @@ def _hair_in(
 
     def found_by(cues: NDArray, share: NDArray) -> NDArray[np.bool_]:
         found = ndimage.binary_opening(spread(cues, ink) & allowed, iterations=1)
-        return _pieces(found, share, near, LEAST)
+        return _begins(_pieces(found, share, near, LEAST), zones.nose + COLLAR * ROWS)
 
-    found = found_by(cues, share)
+    found = found_by(cues, share) if share.max() >= 0.5 else np.zeros(ink.shape, dtype=bool)
+    bare = scalp & ~found
     face = ink[zones.face].mean() if zones.face.any() else 0.0
-    if not found.any() and scalp.any() and ink[scalp].mean() > max(SHADED, DARKER * face):
+    if 2 * bare.sum() > scalp.sum() and ink[bare].mean() > max(SHADED, DARKER * face):
         shorn = SHORN * scalp * np.clip(ndimage.gaussian_filter(ink, 0.022 * ROWS) / SHADED, 0, 1)
         found = found_by(cues + shorn, chance(odds + unlike + shorn))
     return found
+
+
+def _begins(found: NDArray, lowest: float) -> NDArray[np.bool_]:
+    """(h, w) the pieces that begin above a row: hair comes from behind an ear at the lowest, what
+    begins lower are clothes."""
+    label, _ = ndimage.label(found)
+    low = [k for k, at in enumerate(ndimage.find_objects(label), 1) if at[0].start > lowest]
+    return found & ~np.isin(label, low)
 
 
 def _beard_in(ink: NDArray, odds: NDArray, zones: Zones) -> NDArray[np.bool_]:
