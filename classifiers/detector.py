@@ -146,8 +146,8 @@ class Detector:
                 mean, spread = together(*looks)[0].tolist()
                 person[name] = mean, float(np.exp(spread))
             mask = head.mask
-            if found.mask:  # hats are hard to tell from hair: two looks err less than one
-                mask = mask.agreed(found.mask, "hat")
+            if found.mask:  # what is hard to tell from hair: two looks err less than one
+                mask = mask.agreed(found.mask, "hat").agreed(found.mask, "beard")
             found = replace(found, mask=mask, person=person)
         return found
 

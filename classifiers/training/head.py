@@ -59,8 +59,10 @@ SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
 TOLD = 0.2  # weight of who is drawn
 WEIGHTED = {"hat": 2.0, "beard": 2.0}
-# Looks at these, and at bald heads, are taken so many times as often as others.
-RARE, AGAIN = ("beard", "hat"), 3
+# Looks at these, and at heads with little hair for their face (bald ones, rims, shorn hair), are
+# taken so many times as often as others.
+RARE, LITTLE, AGAIN = ("beard", "hat"), 0.4, 3
+BITS = np.array([bin(byte).count("1") for byte in range(256)])
 
 
 def dressed(
@@ -251,13 +253,10 @@ class Looks:
         self.starts = np.cumsum([0, *(len(part[0]) for part in self.parts)])
         count = int(self.starts[-1])
         rare, hair = [REGIONS.index(name) for name in RARE], REGIONS.index("hair")
-        seldom = [
-            (
-                part[1][:, rare].flatten(1).any(dim=1) | ~part[1][:, hair].flatten(1).any(dim=1)
-            ).numpy()
-            for part in self.parts
-        ]
-        times = np.where(np.concatenate(seldom), AGAIN, 1) if seldom else np.zeros(0, int)
+        face = REGIONS.index("face")
+        cells = np.concatenate([BITS[part[1].numpy()].sum(axis=(2, 3)) for part in self.parts])
+        seldom = cells[:, rare].any(axis=1) | (cells[:, hair] < LITTLE * cells[:, face])
+        times = np.where(seldom, AGAIN, 1)
         times[:HELD_OUT] = 0
         self.lots = np.repeat(np.arange(count), times)
         return count
