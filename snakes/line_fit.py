@@ -95,7 +95,11 @@ def fit_lines(
     observed = replace(with_rims(observed, faces), mane=mane.points)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
-    parameters, camera = fit_shape(faces, coarse_rig(rig), parameters, camera, observed)
+    few = coarse_rig(rig)
+    if observed.pins:  # far from what is drawn, lines would lead astray before these are met
+        bare = faces.some(np.zeros(len(faces.points), bool))
+        parameters, camera = fit_shape(bare, few, parameters, camera, observed)
+    parameters, camera = fit_shape(faces, few, parameters, camera, observed)
     posed = rig.pose(parameters)
     thick = brow_thickness(drawing, rig, posed, camera, parameters.identity)
     deep = round(drawn_wrinkles(faces, mane, rig, posed, camera, parameters), 4)

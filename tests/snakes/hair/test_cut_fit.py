@@ -203,7 +203,7 @@ def test_a_strand_beside_the_ear_makes_no_bob(hairy, bun):
         hair |= np.hypot(u - np.flatnonzero(hair.any(axis=0)).mean(), v - top + 0.6 * r) < r
     edge = np.flatnonzero(scene.head[cells_at(scene, [0], [0.0])[0, 1]])[-1]
     (_, eyes), (_, low) = cells_at(scene, [0], [0.1, -0.8])
-    for wide, falls in ((0.03, False), (0.15, True)):
+    for wide, falls in ((0.018, False), (0.15, True)):
         side = (v > eyes) & (v < low) & (np.abs(u - edge) < wide * scene.unit)
         cut = refitted(scene, hair | side)
         assert cut.hangs == falls
