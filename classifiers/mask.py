@@ -46,9 +46,12 @@ class Mask:
             + shares[below, column] * (1 - a) * b + shares[below, right] * a * b
         )  # fmt: skip
 
-    def agreed(self, other: Mask, region: str) -> Mask:
+    def agreed(self, other: Mask, region: str, weight: float = 0.5) -> Mask:
         """The same, with a region as probable as this mask and another one say on average: of
-        log-odds, for neither knows better than the other what it is unsure of."""
+        log-odds, that is by what each is sure of.
+
+        weight : 0 to 1, of what the other says
+        """
         index, last = REGIONS.index(region), len(self.shares[0])
         if index >= len(other.shares):
             return self
@@ -57,5 +60,6 @@ class Mask:
         theirs = other.at(region, self.box.to_pixels(cells)).reshape(last, last)
         both = np.clip(np.stack([self.shares[index], theirs]), SURE, 1 - SURE)
         shares = self.shares.copy()
-        shares[index] = 1 / (1 + np.exp(-np.log(both / (1 - both)).mean(axis=0)))
+        odds = np.average(np.log(both / (1 - both)), axis=0, weights=(1 - weight, weight))
+        shares[index] = 1 / (1 + np.exp(-odds))
         return Mask(self.box, shares)

@@ -155,5 +155,6 @@ def test_two_masks_agree_on_what_both_say():
     np.testing.assert_allclose(both.shares[HAT] / (1 - both.shares[HAT]), np.sqrt(odds))
     np.testing.assert_array_equal(both.shares[:HAT], fine.shares[:HAT])
     np.testing.assert_allclose(fine.agreed(fine, "hat").shares, fine.shares)
+    np.testing.assert_allclose(fine.agreed(flat, "hat", 1.0).shares[HAT], 0.5)
     older = Mask(fine.box, fine.shares[:HAT])
     assert fine.agreed(older, "hat") is fine
