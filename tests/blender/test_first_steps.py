@@ -143,7 +143,7 @@ def test_a_head_is_as_tall_as_a_head_in_every_scene(shell, sketch, tmp_path, sys
     face = bpy.context.active_object
     before = box_of(face)
     assert np.ptp(before[:, 2]) / units == pytest.approx(0.261, abs=0.004)
-    assert face.sketch_to_face.contour_error_px[2] == pytest.approx(16.5, abs=0.3)
+    assert face.sketch_to_face.contour_error_px[2] == pytest.approx(7.9, abs=0.3)
     assert ops.fit_again() == {"FINISHED"}
     assert np.abs(box_of(face) - before).max() < 1e-4 * units
     ops.pin(name="chin", place=shell.viewport.overlay.on_page(face, np.array([[0.0, -0.115]]))[0])
