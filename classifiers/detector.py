@@ -137,20 +137,12 @@ class Detector:
             found = replace(found, mouth=self._mouth.read(page, found.landmarks, turn))
         if self._head:
             head = self._head.read(page, found.landmarks, turn)
-            person = dict(found.person)
-            for name, told in zip(WHO, head.person, strict=True):
-                looks = [told[None]]
-                if name in person:
-                    mean, spread = person[name]
-                    looks.append(np.array([[mean, np.log(spread)]]))
-                mean, spread = together(*looks)[0].tolist()
-                person[name] = mean, float(np.exp(spread))
             mask = head.mask
             if found.mask:
                 # Hats are hard to tell from hair: two looks err less than one. Beards that people
                 # draw are told better by the look at the face, which has seen more of them.
                 mask = mask.agreed(found.mask, "hat").agreed(found.mask, "beard", 1.0)
-            found = replace(found, mask=mask, person=person)
+            found = replace(found, mask=mask, person=_told_besides(found.person, head.person))
         return found
 
     def interpret(self, reading: Reading, turn: int = 0, placed: bool = False) -> Detection:
@@ -332,6 +324,19 @@ def together(*looks: NDArray) -> NDArray[np.float64]:
     precision = np.exp(-2 * spreads)
     mean = (precision * means).sum(axis=-1) / precision.sum(axis=-1)
     return np.stack([mean, -0.5 * np.log(precision.mean(axis=-1))], axis=-1)
+
+
+def _told_besides(
+    person: dict[str, tuple[float, float]], look: NDArray
+) -> dict[str, tuple[float, float]]:
+    """What is believed of a person with one more look at WHO, (p, 2) mean and log of the spread."""
+    believed = dict(person)
+    for name, told in zip(WHO, look, strict=True):
+        if name in person:
+            mean, spread = person[name]
+            told = together(told[None], np.array([[mean, np.log(spread)]]))[0]
+        believed[name] = float(told[0]), float(np.exp(told[1]))
+    return believed
 
 
 def load_detector(folder: Path = WEIGHTS, threads: int = THREADS) -> Detector:

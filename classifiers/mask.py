@@ -1,4 +1,4 @@
-"""Where on a page face, hair and beard are: coarsely, from the networks' answer for each cell."""
+"""Where on a page face, hair, beard and hat are, from a network's answer for each cell."""
 
 from __future__ import annotations
 

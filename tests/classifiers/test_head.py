@@ -16,20 +16,12 @@ from classifiers.mouth import mouth_reader
 from classifiers.preprocess import as_page, bounding_landmarks, points_of
 from classifiers.runtime import WEIGHTS
 from dataset_gen.generate import make_sample
-from facs_rig import LANDMARKS, Camera, load_rig
+from facs_rig import LANDMARKS
+from tests.classifiers.marks import neutral_marks
 
 SEED = 62_000_003  # far from those of the training, see head.json
 COUNT = 24
 PAGE = 320
-
-
-def neutral_marks(turn=0.0):
-    rig = load_rig()
-    camera = Camera.framing(rig.neutral(), 400, 400)
-    spots = camera.project(rig.neutral()[rig.landmarks]) - 200
-    c, s = np.cos(turn), np.sin(turn)
-    spots = spots @ np.array([[c, s], [-s, c]]) + 200
-    return {name: tuple(spot) for name, spot in zip(LANDMARKS, spots.tolist(), strict=True)}
 
 
 def test_the_box_turns_with_the_face():
