@@ -14,6 +14,7 @@ from facs_rig.common.box import Box
 
 from ..labels import REGIONS
 
+EAR = "ear"  # of a record, in front of the hair around it
 FINER = 6  # pixels to a side of a cell, in which outlines are painted
 
 
@@ -22,7 +23,7 @@ class Outlines:
     """Polygons on a page.
 
     points : (k, 2) px, of one polygon behind another      starts : where each begins, and k
-    owners : of each polygon its place in REGIONS
+    owners : of each polygon its place in REGIONS, and behind those an ear
     hats : whether it is told where hats are
     """
 
@@ -38,9 +39,9 @@ class Outlines:
         if told is None:
             return None
         every = [
-            (REGIONS.index(name), np.asarray(outline, float).reshape(-1, 2))
+            ((*REGIONS, EAR).index(name), np.asarray(outline, float).reshape(-1, 2))
             for name, outlines in told.items()
-            if name in REGIONS
+            if name in (*REGIONS, EAR)
             for outline in outlines
         ]
         points = [outline for _, outline in every]
@@ -55,25 +56,28 @@ class Outlines:
     @property
     def haired(self) -> bool:
         """Whether anything but a face is told of."""
-        return any(owner != REGIONS.index("face") for owner in self.owners)
+        own = (REGIONS.index("face"), len(REGIONS))
+        return any(owner not in own for owner in self.owners)
 
     def mask(self, points: NDArray, crop: Box, cells: int) -> NDArray[np.float32]:
         """(r, cells, cells) how much of each cell of a crop is of each region, 0..1.
 
         points : (k, 2), where the outlines' own have been moved to on the page
 
-        Hair lies over a face, and so does a beard.
+        Hair lies over a face, and so does a beard; an ear over hair, and a hat over ears.
         """
         size = cells * FINER
         places = crop.to_units(np.asarray(points, float)) * size - 0.5
-        found = np.zeros((len(REGIONS), size, size), np.float32)
+        every = np.zeros((len(REGIONS) + 1, size, size), np.float32)
         for a, b, owner in zip(self.starts[:-1], self.starts[1:], self.owners, strict=True):
             if b - a > 2:
-                image = Image.fromarray(found[owner])
+                image = Image.fromarray(every[owner])
                 ImageDraw.Draw(image).polygon(places[a:b].ravel().tolist(), fill=1)
-                found[owner] = np.asarray(image)
-        face, *others = (REGIONS.index(name) for name in ("face", "hair", "beard"))
-        found[face] *= 1 - np.maximum(*found[others])
+                every[owner] = np.asarray(image)
+        found, ear = every[:-1], every[-1]
+        face, hair, beard, hat = (REGIONS.index(n) for n in ("face", "hair", "beard", "hat"))
+        found[hair] *= 1 - ear * (1 - found[hat])
+        found[face] *= 1 - np.maximum(found[hair], found[beard])
         if not self.hats:
             found[REGIONS.index("hat")] = np.nan
         return found.reshape(len(REGIONS), cells, FINER, cells, FINER).mean(axis=(2, 4))

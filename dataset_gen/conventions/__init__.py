@@ -14,9 +14,10 @@ from facs_rig import Camera, FaceParameters, FaceRig
 from ..linework.strokes import Stroke
 from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
 from .canvas import Canvas
+from .cut import BARE, LONG, cut_hair
 from .extras import draw_beard, draw_glasses, draw_moustache
 from .eyes import draw_brows, draw_eyes
-from .hair import LONG, cut_hair, draw_front, draw_hair
+from .hair import draw_front, draw_hair
 from .hats import draw_hat
 from .head import (
     draw_clothes,
@@ -55,8 +56,8 @@ def draw_by_convention(
     rng: np.random.Generator,
 ) -> tuple[list[Stroke], NDArray[np.float64], dict[str, list[NDArray[np.float64]]]]:
     """All strokes of a posed face by this artist, in pixels of `camera`, where it has the face's
-    landmarks (m, 2), and what lies where: `face`, `hair` (with hats), `beard` and `hat`, each
-    as the outlines (k, 2) of its parts.
+    landmarks (m, 2), and what lies where: `face`, `hair` (with hats), `beard`, `hat` and the
+    ears before the hair (`ear`), each as the outlines (k, 2) of its parts.
 
     vertices : (n, 3) metres, `rig.pose(parameters)`;  pen : pixels, width of a full line
     """
@@ -84,7 +85,7 @@ def draw_by_convention(
     if not over_ears:
         draw_ears(canvas, sitter, artist)
     draw_hair(canvas, sitter, artist, hair)
-    draw_face(canvas, sitter, artist, artist.cut == "bald" and artist.hat in ("none", "band"))
+    draw_face(canvas, sitter, artist, artist.cut in BARE and artist.hat in ("none", "band"))
     canvas.mark("face", sitter.face)
     canvas.cover(sitter.face)
     draw_neck_shade(canvas, sitter, artist)

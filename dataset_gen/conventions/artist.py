@@ -86,7 +86,8 @@ CONVENTIONS: dict[str, dict[str, Odds]] = {
 CUTS: dict[str, tuple[float, float]] = {
     "bald": (0.15, 1.0), "receding": (0.05, 1.0), "crop": (0.3, 2.5), "short": (0.7, 3.0),
     "swept": (0.5, 2.2), "fringe": (1.0, 0.8), "bob": (2.5, 0.2), "long": (4.0, 0.35),
-    "bun": (1.0, 0.1), "afro": (0.6, 0.5), "tufts": (0.3, 0.8),
+    "bun": (1.0, 0.1), "afro": (0.6, 0.5), "tufts": (0.3, 0.8), "tail": (1.0, 0.15),
+    "rim": (0.02, 0.9), "quiff": (0.3, 1.2), "flat": (0.15, 0.6), "shorn": (0.25, 1.4),
 }  # fmt: skip
 # By what else artists tell a woman from a man: factors of a convention's odds.
 TELLING: dict[str, dict[str, tuple[float, float]]] = {
@@ -278,7 +279,8 @@ def sample_artist(
     old = max(age, 0.0)
     cuts = {cut: (1 - man) * woman + man * odds for cut, (woman, odds) in CUTS.items()}
     cuts["receding"] *= 0.4 + 2 * old
-    cuts["bald"] *= 0.4 + 1.5 * old
+    for cut in ("bald", "rim"):
+        cuts[cut] *= 0.4 + 1.5 * old
     bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]

@@ -2,146 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
-from .shapes import Points, ellipse, smooth, wave
-from .sitter import RAYS, Sitter
-
-# Of the skull's radius: how far each cut stands off, times the artist's volume.
-STANDS = {"receding": 0.25, "crop": 0.25, "short": 0.7, "swept": 1.1, "fringe": 0.8, "bob": 1.0,
-          "long": 1.0, "bun": 0.35, "afro": 2.4, "tufts": 0.6, "bald": 0.0}  # fmt: skip
-LONG = ("bob", "long")
-STEPS = 48
-
-
-@dataclass(frozen=True)
-class Hair:
-    """Hair on the page: between an inner and an outer line over the head (STEPS, 2), from the
-    picture's left to its right, and on down beside the face.
-
-    falls : outer and inner line of what hangs down at the left and at the right, or None
-    tips : the lower end of each, from its outer line to its inner one
-    """
-
-    inner: Points
-    outer: Points
-    falls: tuple[tuple[Points, Points] | None, tuple[Points, Points] | None] = (None, None)
-    tips: tuple[Points, ...] = ()
-
-    def shape(self) -> Points:
-        """The outline of all of it."""
-        left, right = self.falls
-        line = [self.outer]
-        if right:
-            line += [right[0], self.tips[1], right[1][::-1]]
-        line.append(self.inner[::-1])
-        if left:
-            line += [left[1], self.tips[0][::-1], left[0][::-1]]
-        return np.concatenate(line)
-
-
-def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
-    """Where this artist's hair lies on this head."""
-    rng, cut = canvas.rng, artist.cut
-    centre = sitter.face.mean(axis=0)
-    reach = (0.25 if cut in LONG else 0.3 if cut == "afro" else 0.275) * RAYS
-    rays = np.linspace(-reach, reach, STEPS)
-    angle = 2 * np.pi * rays / RAYS
-    face, head = (_radius(line, centre, rays) for line in (sitter.face, sitter.head))
-    top = np.cos(np.clip(angle, -np.pi / 2, np.pi / 2)) ** 0.7
-    sides = rng.uniform(0.2, 0.9)
-    stand = STANDS[cut] * artist.volume * (sides + (1 - sides) * top) * sitter.unit
-    if cut == "afro":
-        stand = STANDS[cut] * artist.volume * sitter.unit * (0.7 + 0.3 * top) + 0.05 * sitter.unit
-    if artist.hat not in ("none", "band"):
-        stand = 0.15 * stand  # pressed down
-    outer = np.maximum(head, face) + stand + 0.015 * sitter.unit
-    inner = np.minimum(face, head)
-    if cut == "receding":
-        inner = inner * (1 + 0.28 * np.exp(-((np.abs(angle) - 0.45) ** 2) / 0.07))
-        inner = np.minimum(inner, outer - 0.02 * sitter.unit)
-    elif cut in LONG:  # it hangs over the temples, more to one side of the parting
-        over = (rng.uniform(0, 0.2, 2) * _roomy(sitter))[(angle > 0.6 * artist.parting).astype(int)]
-        inner = inner * (1 - over * np.clip(np.abs(angle - 0.6 * artist.parting), 0, 1))
-    ways = np.sin(angle)[:, None] * sitter.right - np.cos(angle)[:, None] * sitter.down
-    inner_line, outer_line = (centre + r[:, None] * ways for r in (inner, outer))
-    if cut in LONG:
-        # It hangs straight down from where it is widest.
-        x, y = sitter.local(outer_line).T
-        half = STEPS // 2
-        x[half:] = np.maximum.accumulate(x[half:])
-        x[:half] = np.minimum.accumulate(x[:half][::-1])[::-1]
-        outer_line = sitter.at(x, y)
-        falls = _falls(sitter, artist, inner_line, outer_line, rng)
-        hang = rng.uniform(0.03, 0.16) * sitter.unit
-        tips = tuple(_tips(sitter, fall, hang, rng) for fall in falls)
-        return Hair(inner_line, outer_line, falls, tips)
-    return Hair(inner_line, outer_line)
-
-
-def _tips(
-    sitter: Sitter, fall: tuple[Points, Points], hang: float, rng: np.random.Generator
-) -> Points:
-    """The lower end of what hangs down: round, or in points."""
-    t = np.linspace(0, 1, 13)
-    line = fall[0][-1] + t[:, None] * (fall[1][-1] - fall[0][-1])
-    low = np.sin(np.pi * t) * hang
-    if rng.random() < 0.5:
-        low = low + hang * np.abs(wave(rng, 1, 13, 2.5)[0]) * (t > 0) * (t < 1)
-    return line + low[:, None] * sitter.down
-
-
-def _roomy(sitter: Sitter) -> NDArray[np.float64]:
-    """(2,) how much of the cheek at the picture's left and right hair may hide: none far away."""
-    far = np.array([-sitter.turn, sitter.turn])
-    return np.clip(1 - 3 * far, 0, 1)
-
-
-def _radius(line: Points, centre: Points, rays: NDArray) -> NDArray:
-    return np.interp(rays, np.arange(RAYS + 1), np.linalg.norm(
-        np.concatenate([line, line[:1]]) - centre, axis=1), period=RAYS)  # fmt: skip
-
-
-def _falls(
-    sitter: Sitter, artist: Artist, inner: Points, outer: Points, rng: np.random.Generator
-) -> tuple[tuple[Points, Points], tuple[Points, Points]]:
-    """What hangs beside the face: lines from the ends of inner and outer down to the tips."""
-    flare, curl = rng.uniform(0.0, 0.35), rng.normal(0, 0.14)
-    under, waves = rng.uniform(0.35, 0.9), rng.choice([0.0, 0.015, 0.04]) * sitter.unit
-    sides = []
-    for side, k in ((-1, 0), (1, -1)):
-        (ix, iy), (ox, oy) = (sitter.local(line[k]) * [side, 1] for line in (inner, outer))
-        ox = max(ox, ix + 0.1)
-        end = max(artist.reach + rng.normal(0, 0.05), iy + 0.4)
-        jaw = min(ix, 0.68) - rng.uniform(0, 0.08) * _roomy(sitter)[k]
-        outside = [(ox, oy), (ox + 0.35 * flare, oy + 0.2 * (end - oy)),
-                   (ox + flare, oy + 0.65 * (end - oy)), (ox + flare + curl, end)]  # fmt: skip
-        inside = [(ix, iy), (jaw, iy + 0.45 * (min(end, 0.9) - iy)), (jaw + 0.02, min(end, 0.9)),
-                  (jaw + (under - 0.6) * np.clip(end - 0.9, 0.05, 1), end - 0.05)]  # fmt: skip
-        if end < 1.0:
-            inside = [*inside[:2], (jaw + 0.05 + 0.5 * curl, end - 0.03)]
-        lines = []
-        for knots in (outside, inside):
-            x, y = smooth(np.array(knots), 26).T
-            swing = waves * wave(rng, 1, 26, 1.5)[0] * np.linspace(0, 1, 26)
-            lines.append(sitter.at(side * x, y) + swing[:, None] * sitter.right)
-        sides.append((lines[0], lines[1]))
-    return sides[0], sides[1]
+from .cut import GATHERED, LONG, STEPS, Hair
+from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
+from .sitter import Sitter
 
 
 def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """The mass of the hair, in front of what it hides."""
-    cut, finish = artist.cut, artist.finish
+    cut = artist.cut
     if cut == "bald":
         return
     if cut == "bun":
         _bun(canvas, sitter, artist)
-    if finish == "curls" or cut == "afro":
+    elif cut == "tail":
+        _tail(canvas, sitter, artist, hair)
+    for piece in (hair.between(0, 0.46), hair.between(0.54, 1)) if cut == "rim" else (hair,):
+        _finished(canvas, sitter, artist, piece)
+        canvas.mark("hair", piece.shape())
+        canvas.cover(piece.shape())
+
+
+def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """What is seen of it: curls, black, hatching, locks, or its edges alone."""
+    cut, finish = artist.cut, artist.finish
+    if cut == "shorn" and finish != "black":
+        _ticks(canvas, sitter, hair)
+        if canvas.rng.random() < 0.5:
+            _edges(canvas, sitter, artist, hair, canvas.rng.uniform(0.5, 1.0))
+    elif finish == "curls" or cut == "afro":
         _curls(canvas, sitter, artist, hair)
     elif finish == "black":
         _shine(canvas, sitter, hair)
@@ -160,8 +53,6 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         _edges(canvas, sitter, artist, hair, 1.1)
         if canvas.rng.random() < 0.6:
             _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(2, 8)))
-    canvas.mark("hair", hair.shape())
-    canvas.cover(hair.shape())
 
 
 def _edges(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, width: float) -> None:
@@ -198,7 +89,7 @@ def _edges(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, width: fl
 def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: int) -> None:
     """Lines along the hair in locks: from the parting over the head and down, or combed back."""
     rng = canvas.rng
-    combed = artist.cut in (*LONG, "bun") or (
+    combed = artist.cut in (*LONG, *GATHERED) or (
         artist.cut in ("swept", "fringe") and rng.random() < 0.5
     )
     t = np.linspace(0, 1, 20)
@@ -280,6 +171,55 @@ def _curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         canvas.line(
             "hair", place + np.stack([r * np.cos(t), r * np.sin(t)], axis=1), 0.8, loose=0.3
         )
+
+
+def _ticks(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
+    """Shorn hair: short strokes or dots, all about as dark, denser toward the outline."""
+    rng = canvas.rng
+    size, lean = rng.uniform(0.01, 0.06), rng.uniform(-2, 2)
+    width, dark = rng.uniform(0.5, 1.1), rng.uniform(0.35, 1.0)
+    count = int(rng.integers(60, 420))
+    k = rng.uniform(0, STEPS - 1, count)
+    depth = rng.uniform(0, 1, count) ** rng.uniform(0.4, 1.0)
+    roots = _mix(hair, k, depth)
+    tips = _mix(hair, np.clip(k + lean, 0, STEPS - 1), depth + 0.1)
+    ways = tips - roots
+    ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
+    long = sitter.unit * size * rng.uniform(0.6, 1.4, (count, 1))
+    for a, b in zip(roots, roots + np.maximum(long, 1.2) * ways, strict=True):
+        canvas.line("hair", np.stack([a, (a + b) / 2, b]), width, dark, loose=0.3)
+
+
+def _tail(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """A ponytail that hangs beside the neck from behind the head, or two."""
+    rng = canvas.rng
+    sides = (-1, 1) if rng.random() < 0.3 else (int(rng.choice([-1, 1])),)
+    for side in sides:
+        out, half = rng.uniform(0.02, 0.4), rng.uniform(0.06, 0.2)
+        end, swing = rng.uniform(0.9, 2.0), rng.normal(0, 0.12)
+        k = 0 if side < 0 else -1
+        root = hair.outer[rng.integers(0, 6) if side < 0 else -1 - rng.integers(0, 6)]
+        low = sitter.local(hair.outer[k])[0] + side * (out + half)
+        x, y = sitter.local(root)
+        knots = sitter.at(
+            np.array([x, low + side * 0.1, low, low + side * swing]),
+            np.array([y, max(y, 0.1) + 0.1 * (end - y), 0.6 * end + 0.2, end]),
+        )
+        line = smooth(knots, 24)
+        t = np.linspace(0, 1, 24)
+        thick = half * sitter.unit * (0.35 + np.sin(np.pi * t**0.7) ** 0.8)
+        shape = ribbon(line, thick * np.clip(4 * (1 - t), 0.05, 1))
+        if artist.finish == "black":
+            canvas.blacken(shape, 1.4)
+        else:
+            for _ in range(int(rng.integers(2, 4) if artist.finish == "outline" else
+                               rng.integers(8, 30))):  # fmt: skip
+                off = rng.uniform(-0.95, 0.95) * thick[:, None] * normals(line)
+                a, b = sorted(rng.uniform(0, 1, 2))
+                canvas.line("hair", part(line + off, a, min(b + 0.2, 1.0)), 0.7, loose=0.4)
+        canvas.line("hair", shape, 1.0)
+        canvas.mark("hair", shape)
+        canvas.cover(shape)
 
 
 def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:

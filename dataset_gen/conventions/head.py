@@ -63,6 +63,7 @@ def draw_ears(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
             canvas.line(
                 "jewel", ellipse(drop + size * sitter.down, size, 1.4 * size, count=15), 0.8
             )
+        canvas.mark("ear", outline)
         canvas.cover(outline)
 
 

@@ -63,6 +63,17 @@ def test_a_hat_is_told_of_or_not_known():
     assert np.isnan(mask[HAT]).all() and np.isfinite(mask[:HAT]).all()
 
 
+def test_ears_are_no_hair_unless_a_hat_hides_them():
+    told = {"hair": [SQUARE], "ear": [SQUARE]}
+    whole = Box.at(0, 0, 40, 40)
+    bare = Outlines.of({"regions": told})
+    assert not bare.mask(bare.points, whole, 4)[HAIR].any()
+    assert bare.haired and not Outlines.of({"regions": {"face": [], "ear": [SQUARE]}}).haired
+    hatted = Outlines.of({"regions": {**told, "hat": [SQUARE]}})
+    mask = hatted.mask(hatted.points, whole, 4)
+    np.testing.assert_array_equal(mask[HAT], mask[HAIR])
+
+
 def test_older_networks_tell_of_no_hats():
     places = np.array([[0.5, 0.5]])
     assert Mask(Box.at(0, 0, 1, 1), np.ones((3, 4, 4))).at("hat", places)[0] == 0
