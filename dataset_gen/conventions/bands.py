@@ -10,7 +10,7 @@ from .crown import Patch, tail, worn
 from .hair import STEPS, Hair, mix
 from .shapes import Points, ellipse, normals, smooth, wave
 from .sitter import Sitter
-from .textures import CLOTH, WOOL, texture
+from .textures import CLOTH, WOOL, material, texture
 
 # Of each: the share of the way from hairline to crown at which it crosses the middle of the head,
 # and half its width in units.
@@ -44,7 +44,8 @@ def draw_band(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     if artist.hat == "headband" and rng.random() < 0.2:
         draw_bow(canvas, sitter, artist, band.at(rng.uniform(0.2, 0.8), 0.5))
     if artist.hat in ("headband", "bow") and rng.random() < 0.6:
-        texture(canvas, sitter, artist, band, WOOL if artist.hat == "headband" else CLOTH)
+        odds = WOOL if artist.hat == "headband" else CLOTH
+        texture(canvas, sitter, band, material(rng, artist, odds))
     if artist.hat == "band":  # too narrow to be told as a hat
         canvas.line("hat", band.low, 1.0)
         canvas.line("hat", band.high, 1.0)

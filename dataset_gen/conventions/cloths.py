@@ -10,10 +10,10 @@ from .canvas import Canvas
 from .crown import Patch, radius, tail, worn
 from .shapes import Points, ellipse, smooth, wave
 from .sitter import RAYS, Sitter
-from .textures import CLOTH, WOOL, locks, ribs, texture, wool
+from .textures import WOOL, locks, material, ribs, texture, wool
 
 
-def beanie(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def beanie(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """A turned-up edge in a texture of its own, or a hem, or none; and perhaps a bobble."""
     rng = canvas.rng
     kind = rng.random()
@@ -26,7 +26,7 @@ def beanie(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None
         elif how < 0.5:
             wool(canvas, sitter, edge)
         elif how < 0.7:
-            texture(canvas, sitter, artist, edge, WOOL)
+            texture(canvas, sitter, edge, material(rng, artist, WOOL))
         worn(canvas, np.concatenate([edge.shape, edge.shape[:1]]))
     elif kind < 0.75:  # a hem of short strokes
         hem = raised(crown.low, 0.4 * fold, 0.0, sitter)
@@ -47,7 +47,7 @@ def raised(line: Points, high: float, out: float, sitter: Sitter) -> Patch:
     return Patch(line + aside, line + aside - high * sitter.unit * sitter.down)
 
 
-def scarf(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def scarf(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """It falls beside the face to a knot under the chin."""
     rng = canvas.rng
     under = rng.uniform(1.02, 1.12)
@@ -57,7 +57,7 @@ def scarf(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
     for k, side in ((0, -1), (-1, 1)):
         cheek = _beside(sitter, crown.low[k], side, under, rng.uniform(0.86, 0.98))
         outer = _beside(sitter, crown.high[k], side, low, rng.uniform(1.05, 1.35))
-        _hanging(canvas, sitter, artist, Patch(cheek, outer))
+        _hanging(canvas, sitter, stuff, Patch(cheek, outer))
 
 
 def _beside(
@@ -77,26 +77,25 @@ def _beside(
     return centre + (share * far)[:, None] * ways
 
 
-def _hanging(canvas: Canvas, sitter: Sitter, artist: Artist, fall: Patch) -> None:
+def _hanging(canvas: Canvas, sitter: Sitter, stuff: str, fall: Patch) -> None:
     """Cloth beside the face, between the line at the face and the outer one, downward."""
     rng = canvas.rng
     canvas.mark("hair", fall.shape)
     canvas.mark("hat", fall.shape)
     for share in rng.uniform(0.1, 0.9, int(rng.integers(0, 4))):
         canvas.line("hat", fall.at(np.linspace(rng.uniform(0, 0.4), 1, 14), share), 0.7)
-    if rng.random() < 0.4:
+    if stuff != "black" and rng.random() < 0.3:  # its folds
         locks(canvas, sitter, fall)
-    else:
-        texture(canvas, sitter, artist, fall, CLOTH)
+    texture(canvas, sitter, fall, stuff)
     canvas.line("hat", fall.low, 1.0)
     canvas.line("hat", fall.high, 1.0)
     canvas.cover(fall.shape)
 
 
-def veil(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def veil(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """It frames the whole face and falls to the shoulders; an inner cap may show at its edge."""
     rng = canvas.rng
-    chin, low = rng.uniform(1.02, 1.14), rng.uniform(1.35, 2.0)
+    chin, low = rng.uniform(0.98, 1.07), rng.uniform(1.35, 2.0)
     foot = rng.uniform(0.75, 1.3)
     if rng.random() < 0.3:
         under = raised(crown.low[8:-8], rng.uniform(0.05, 0.14), 0.0, sitter)
@@ -112,7 +111,7 @@ def veil(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
         )
         foot_x = bottom[0] + np.linspace(0, -0.4 * over if side == over else 0.1 * over, 8)[1:]
         inner = np.concatenate([cheek, sitter.at(foot_x, np.linspace(bottom[1], low, 8)[1:])])
-        _hanging(canvas, sitter, artist, Patch(inner, smooth(outer, 20)))
+        _hanging(canvas, sitter, stuff, Patch(inner, smooth(outer, 20)))
     for _ in range(int(rng.integers(0, 5))):  # folds that hang from side to side under the chin
         drop = rng.uniform(1.02, 1.5)
         a, b = (sitter.local(crown.low[k])[0] for k in (0, -1))
@@ -121,7 +120,7 @@ def veil(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
         canvas.line("hat", smooth(sitter.at(x, y), 16), 0.8)
 
 
-def bandana(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def bandana(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """Close to the skull, with folds that run to a knot at one side, whose ends hang down."""
     rng = canvas.rng
     side = int(np.sign(-sitter.turn)) if abs(sitter.turn) > 0.15 else int(rng.choice([-1, 1]))
@@ -160,7 +159,7 @@ def tied(canvas: Canvas, sitter: Sitter, artist: Artist, place: Points, side: in
         worn(canvas, np.concatenate([strip.shape, strip.shape[:1]]))
 
 
-def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """A turban: a plain band in front, strips with folds that cross, and perhaps a knot."""
     rng = canvas.rng
     if rng.random() < 0.3:
@@ -195,7 +194,7 @@ def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
         side = -side if rng.random() < 0.7 else side
 
 
-def hood(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def hood(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """It goes on to the shoulders; a seam or fur may run along its edge."""
     rng = canvas.rng
     under = sitter.local(sitter.face[RAYS // 2])[0]
@@ -206,7 +205,7 @@ def hood(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
         outer = smooth(np.stack([begin, begin + 0.4 * sitter.unit * sitter.down, foot]), 14)
         bow = 0.1 * side * sitter.unit * sitter.right
         edge = smooth(np.stack([inner, (inner + chin) / 2 + bow, chin]), 14)
-        _hanging(canvas, sitter, artist, Patch(edge, outer))
+        _hanging(canvas, sitter, stuff, Patch(edge, outer))
     if rng.random() < 0.5:
         seam = crown.at(np.linspace(0, 1, 31), rng.uniform(0.1, 0.35))
         if rng.random() < 0.3:

@@ -12,7 +12,7 @@ from .cloths import bandana, beanie, hood, raised, scarf, veil, wrap
 from .crown import Patch, make_crown, worn
 from .shapes import ellipse, ribbon, smooth
 from .sitter import Sitter
-from .textures import CLOTH, FELT, WOOL, Odds, texture
+from .textures import CLOTH, FELT, WOOL, Odds, material, texture
 
 
 def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
@@ -21,17 +21,18 @@ def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     canvas.mark("hair", crown.shape)  # what is worn on hair stands for it
     canvas.mark("hat", crown.shape)
     part, odds = KINDS[artist.hat]
-    part(canvas, sitter, artist, crown)
+    stuff = material(canvas.rng, artist, odds)
+    part(canvas, sitter, artist, crown, stuff)
     if odds is FELT:
         _seams(canvas, sitter, crown)
     if canvas.rng.random() < BADGED.get(artist.hat, 0.05):
         _badge(canvas, sitter, crown)
-    texture(canvas, sitter, artist, crown, odds)
+    texture(canvas, sitter, crown, stuff)
     canvas.line("hat", crown.shape, 1.1)
     canvas.cover(crown.shape)
 
 
-def _brim(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def _brim(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """All around: seen as a ribbon, or from below or above as a flat ellipse."""
     rng, rim = canvas.rng, crown.low
     lean = rng.uniform(0.15, 0.75) * sitter.unit
@@ -48,7 +49,7 @@ def _brim(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
             canvas.blacken(np.concatenate([rim, (rim - high * sitter.down)[::-1]]), 0.2)
 
 
-def _peak(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def _peak(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """In front, turned with the head: seen from above or from below, as a thin crescent, turned
     up; a cap that is worn backwards shows its strap."""
     rng, rim = canvas.rng, crown.low
@@ -104,7 +105,7 @@ def _strap(canvas: Canvas, sitter: Sitter, crown: Patch) -> None:
         canvas.line("hat", crown.at(np.linspace(0, 1, 20), foot), 0.8)
 
 
-def _skullcap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def _skullcap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """Nothing but its crown: a rim in one line or in two, and perhaps one more above."""
     rng = canvas.rng
     high = rng.uniform(0.04, 0.14)
@@ -113,24 +114,24 @@ def _skullcap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> N
         canvas.line("hat", line[1:-1], 0.9)
 
 
-def _tall(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def _tall(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """A top hat's brim, a kepi's peak, a cook's band."""
     rng = canvas.rng
     kind = rng.random()
     if kind < 0.4:
-        _brim(canvas, sitter, artist, crown)
+        _brim(canvas, sitter, artist, crown, stuff)
     elif kind < 0.75:
-        _peak(canvas, sitter, artist, crown)
+        _peak(canvas, sitter, artist, crown, stuff)
     if rng.random() < 0.7:
         for high in (0.05, rng.uniform(0.12, 0.3)):
             canvas.line("hat", crown.low - high * sitter.unit * sitter.down, 0.8)
 
 
-def _helmet(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch) -> None:
+def _helmet(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
     """A strap under the chin, a brim or a brow guard, ridges."""
     rng = canvas.rng
     if rng.random() < 0.4:
-        _brim(canvas, sitter, artist, crown)
+        _brim(canvas, sitter, artist, crown, stuff)
     guard = crown.low + rng.uniform(0.04, 0.12) * sitter.unit * sitter.down
     worn(canvas, np.concatenate([crown.low, guard[::-1]]))
     if rng.random() < 0.6:
@@ -175,7 +176,7 @@ def _badge(canvas: Canvas, sitter: Sitter, crown: Patch) -> None:
 
 
 # Of each: what is drawn besides its crown, and what that is made of.
-KINDS: dict[str, tuple[Callable[[Canvas, Sitter, Artist, Patch], None], Odds]] = {
+KINDS: dict[str, tuple[Callable[[Canvas, Sitter, Artist, Patch, str], None], Odds]] = {
     "brim": (_brim, FELT), "cap": (_peak, FELT), "skullcap": (_skullcap, FELT),
     "beanie": (beanie, WOOL), "scarf": (scarf, CLOTH), "veil": (veil, CLOTH),
     "bandana": (bandana, CLOTH), "tall": (_tall, FELT), "wrap": (wrap, CLOTH),

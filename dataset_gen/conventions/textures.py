@@ -22,12 +22,16 @@ BARE = {"cartoon": 2.0, "naive": 1.5}  # how much oftener these leave it white
 BLACK = 0.2  # how often who does not fill hair with black fills a hat, of those who do
 
 
-def texture(canvas: Canvas, sitter: Sitter, artist: Artist, patch: Patch, odds: Odds) -> None:
-    """One of TEXTURES by lot; odds : of WOOL, CLOTH, FELT."""
+def material(rng: np.random.Generator, artist: Artist, odds: Odds) -> str:
+    """One of TEXTURES or plain, by lot; odds : WOOL, CLOTH or FELT."""
     odds = dict(odds)
     odds["plain"] *= BARE.get(artist.manner, 1.0)
     odds["black"] *= 3.0 if artist.finish == "black" else BLACK
-    name = lot(canvas.rng, odds)
+    return lot(rng, odds)
+
+
+def texture(canvas: Canvas, sitter: Sitter, patch: Patch, name: str) -> None:
+    """Of a `material`."""
     if name != "plain":
         TEXTURES[name](canvas, sitter, patch)
 
