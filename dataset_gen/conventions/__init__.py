@@ -13,6 +13,7 @@ from facs_rig import Camera, FaceParameters, FaceRig
 
 from ..linework.strokes import Stroke
 from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
+from .bands import draw_band
 from .canvas import Canvas
 from .cut import BARE, LONG, cut_hair
 from .extras import draw_beard, draw_glasses, draw_moustache
@@ -31,12 +32,17 @@ from .head import (
 from .mouth import Mouth, draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
-from .sitter import face_outline, sit
+from .sitter import Sitter, face_outline, sit
 
 __all__ = [
     "CONVENTIONS", "HIDES", "MANNERS", "Artist", "draw_by_convention", "face_outline",
     "sample_artist", "zoomed",
 ]  # fmt: skip
+
+# How often no hair is seen below a hat: below these at all, below others where it is not long.
+TUCKED = {"veil": 1.0, "hood": 0.6}
+SHORT_TUCKED = 0.4
+ASIDE = 0.35  # `turn` from which the back of the head is seen, which hair has to show
 
 
 def zoomed(camera: Camera, room: float) -> Camera:
@@ -67,8 +73,10 @@ def draw_by_convention(
     middle = sitter.face.mean(axis=0)
     canvas.bound(middle + 1.015 * (sitter.face - middle))
 
-    draw_hat(canvas, sitter, artist)
-    if artist.hat in ("none", "band"):
+    if artist.crowned:
+        draw_hat(canvas, sitter, artist)
+    else:
+        draw_band(canvas, sitter, artist, hair)
         draw_front(canvas, sitter, artist, hair)
     draw_glasses(canvas, sitter, artist)
     draw_eyes(canvas, sitter, artist)
@@ -81,11 +89,13 @@ def draw_by_convention(
     if artist.freckles:
         draw_freckles(canvas, sitter)
     draw_beard(canvas, sitter, artist)
-    over_ears = artist.cut in LONG and rng.random() < 0.6
+    tucked = _tucked(sitter, artist, rng)
+    over_ears = artist.hat == "veil" or artist.cut in LONG and rng.random() < 0.6
     if not over_ears:
         draw_ears(canvas, sitter, artist)
-    draw_hair(canvas, sitter, artist, hair)
-    draw_face(canvas, sitter, artist, artist.cut in BARE and artist.hat in ("none", "band"))
+    if not tucked:
+        draw_hair(canvas, sitter, artist, hair)
+    draw_face(canvas, sitter, artist, tucked or artist.cut in BARE)
     canvas.mark("face", sitter.face)
     canvas.cover(sitter.face)
     draw_neck_shade(canvas, sitter, artist)
@@ -94,3 +104,11 @@ def draw_by_convention(
     canvas.cover(neck_shape(sitter))
     landmarks = Mouth(sitter, artist.bares).landmarks(sitter.landmarks)
     return canvas.strokes(), landmarks, canvas.regions
+
+
+def _tucked(sitter: Sitter, artist: Artist, rng: np.random.Generator) -> bool:
+    """Whether all hair is hidden by a hat."""
+    if artist.hat in TUCKED:
+        return bool(rng.random() < TUCKED[artist.hat])
+    seen = not artist.crowned or artist.cut in LONG or abs(sitter.turn) > ASIDE
+    return not seen and bool(rng.random() < SHORT_TUCKED)

@@ -104,19 +104,10 @@ BROW_SIZE, EYE_SIZE = (0.85, 1.15), (1.05, 0.96)  # of a woman's and a man's, as
 BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
 MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
-HATS = {
-    "none": 12.0,
-    "cap": 0.5,
-    "brim": 0.4,
-    "beanie": 0.4,
-    "band": 0.4,
-    "scarf": 0.2,
-    "tall": 0.25,
-    "wrap": 0.2,
-    "hood": 0.2,
-    "helmet": 0.15,
-    "flat": 0.15,
-}
+HATS = {"none": 12.0, "cap": 0.32, "skullcap": 0.2, "brim": 0.27, "beanie": 0.42, "band": 0.1,
+        "headband": 0.12, "wreath": 0.12, "bow": 0.15, "scarf": 0.15, "veil": 0.15, "bandana": 0.12,
+        "tall": 0.15, "wrap": 0.25, "hood": 0.13, "helmet": 0.1, "flat": 0.1}  # fmt: skip
+BANDS = ("band", "headband", "wreath", "bow")  # they leave most of the hair to be seen
 
 # Controls whose names begin so cannot be seen where a feature is drawn by this convention.
 HIDES: dict[tuple[str, str], tuple[str, ...]] = {
@@ -216,6 +207,11 @@ class Artist:
                 raise InputError(f"no artist draws the {name} as '{value}'{hint}")
 
     @property
+    def crowned(self) -> bool:
+        """Whether the hat hides the skull and the hair on it."""
+        return self.hat not in ("none", *BANDS)
+
+    @property
     def hidden(self) -> tuple[str, ...]:
         """The controls that these conventions cannot show, in the order of the catalogue."""
         stems = [s for (name, how), hides in HIDES.items() if getattr(self, name) == how
@@ -262,13 +258,13 @@ def sample_artist(
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
     order = tuple(MANNERS)
-    manner = manner or _lot(rng, MANNERS)
+    manner = manner or lot(rng, MANNERS)
     man = float(identity.get("gender", 0.5))
     chosen = {}
     for name, table in CONVENTIONS.items():
-        of = order.index(manner if rng.random() > BORROWS else _lot(rng, MANNERS))
+        of = order.index(manner if rng.random() > BORROWS else lot(rng, MANNERS))
         telling = TELLING.get(name, {})
-        chosen[name] = _lot(
+        chosen[name] = lot(
             rng,
             {
                 how: odds[of] * _of_sex(man, telling.get(how, (1.0, 1.0)))
@@ -295,13 +291,13 @@ def sample_artist(
         a, b = np.clip(much * rng.normal(0, (across, along)), -0.06, 0.06)
         return round(float(a), 4), round(float(b), 4)
 
-    cut = _lot(rng, cuts)
+    cut = lot(rng, cuts)
     reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
     return Artist(
         manner=manner, **chosen, cut=cut,
-        beard=_lot(rng, BEARDS) if bearded else "none",
-        moustache=_lot(rng, MOUSTACHES) if bearded else "none",
-        glasses=_lot(rng, GLASSES), hat=_lot(rng, HATS),
+        beard=lot(rng, BEARDS) if bearded else "none",
+        moustache=lot(rng, MOUSTACHES) if bearded else "none",
+        glasses=lot(rng, GLASSES), hat=lot(rng, HATS),
         bares=bool(rng.random() < BARES), freckles=bool(rng.random() < 0.04),
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
         bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
@@ -325,7 +321,7 @@ def _of_sex(man: float, factors: tuple[float, float]) -> float:
     return float(woman ** (1 - man) * mans**man)
 
 
-def _lot(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
+def lot(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
     """One of the names, by its odds."""
     left = rng.random() * sum(odds.values())
     for name, share in odds.items():

@@ -71,7 +71,7 @@ def cut_hair(canvas: Canvas, sitter: Sitter, artist: Artist) -> Hair:
         high = np.exp(-(((angle - rng.normal(0, 0.25)) / rng.uniform(0.3, 0.6)) ** 2))
         risen = rng.uniform(1.0, 3.0) * high * (cut == "quiff")
         stand = STANDS[cut] * artist.volume * sitter.unit * (rng.uniform(0.1, 0.5) + risen)
-    if artist.hat not in ("none", "band"):
+    if artist.crowned:
         stand = 0.15 * stand  # pressed down
     outer = np.maximum(head, face) + stand + 0.015 * sitter.unit
     inner = np.minimum(face, head)

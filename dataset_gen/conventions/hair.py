@@ -108,14 +108,14 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
             k = root + ((STEPS - 1) * side - root) * t**0.85
             # It rises from the parting before it lies down at the side.
             depth = share + lift * (1 - share) * np.sin(np.pi * t**0.6)
-            lines = _mix(hair, k + np.zeros((size, 1)), depth + lean_out * share * t * (1 - t))
+            lines = mix(hair, k + np.zeros((size, 1)), depth + lean_out * share * t * (1 - t))
             fall = hair.falls[side]
             if fall:
                 hanging = fall[1] + share[:, :, None] * (fall[0] - fall[1])
                 lines = np.concatenate([lines, hanging], axis=1)
         else:
             k = rng.uniform(0, STEPS - 1) + 40 * spread * rng.normal(size=(size, 1)) + lean * t
-            lines = _mix(hair, np.clip(k, 0, STEPS - 1), t * rng.uniform(0.85, 1.06, (size, 1)))
+            lines = mix(hair, np.clip(k, 0, STEPS - 1), t * rng.uniform(0.85, 1.06, (size, 1)))
         steps = lines.shape[1]
         lines += (wavy * wave(rng, 1, steps, 1.2)[0])[:, None] * sitter.right
         begin = rng.uniform(0, 0.5) if rng.random() < 0.6 else 0.0
@@ -127,7 +127,7 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
             canvas.line("hair", piece, float(w), np.linspace(1, f, len(piece)), loose=0.4)
 
 
-def _mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
+def mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
     """Points at places k (...) along the hair, a share `depth` (...) from inner to outer line."""
     low = np.minimum(k.astype(int), STEPS - 2)
     f = (k - low)[..., None]
@@ -142,7 +142,7 @@ def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
         k = canvas.rng.uniform(6, STEPS - 12) + np.linspace(0, canvas.rng.uniform(3, 8), 12)
         depth = canvas.rng.uniform(0.3, 0.7)
         half = canvas.rng.uniform(0.03, 0.09) * np.sin(np.linspace(0, np.pi, 12))
-        band = [_mix(hair, k, depth + half), _mix(hair, k, depth - half)[::-1]]
+        band = [mix(hair, k, depth + half), mix(hair, k, depth - half)[::-1]]
         canvas.cover(np.concatenate(band))
 
 
@@ -163,9 +163,9 @@ def _curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     if artist.finish == "black":
         return
     for _ in range(int(rng.integers(6, 40))):
-        place = _mix(
-            hair, np.array([rng.uniform(2, STEPS - 3)]), np.array([rng.uniform(0.1, 0.9)])
-        )[0]
+        place = mix(hair, np.array([rng.uniform(2, STEPS - 3)]), np.array([rng.uniform(0.1, 0.9)]))[
+            0
+        ]
         t = np.linspace(0, rng.uniform(3, 8), 14) + rng.uniform(0, 6)
         r = size * rng.uniform(0.4, 0.9) * np.linspace(1, 0.5, 14)
         canvas.line(

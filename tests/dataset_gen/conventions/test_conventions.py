@@ -6,6 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
+from scipy.ndimage import binary_dilation, binary_erosion
 
 from dataset_gen import STYLES, ink
 from dataset_gen import generate as module
@@ -17,7 +19,7 @@ from dataset_gen.conventions import (
     sample_artist,
     zoomed,
 )
-from dataset_gen.conventions.artist import EXTRAS
+from dataset_gen.conventions.artist import BANDS, EXTRAS
 from dataset_gen.generate import generate, make_sample
 from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, load_rig
 
@@ -257,7 +259,41 @@ def test_what_is_in_front_hides_what_is_behind():
     jaw, hair = points_of(strokes, "jaw"), points_of(strokes, "hair")
     low = hair[:, 1] > jaw[:, 1].mean()
     assert not low.any()
-    assert not len(points_of(drawn(replace(PLAIN, hat="beanie"))[0], "skull"))
+
+
+@pytest.mark.parametrize("hat", [hat for hat in EXTRAS["hat"] if hat not in ("none", "band")])
+@pytest.mark.parametrize("yaw", [0, 32])
+def test_a_hat_is_told_where_it_is_drawn_and_hides_what_it_is_worn_on(hat, yaw):
+    artist = replace(PLAIN, cut="short", finish="strands", hat=hat, room=1.3)
+    vertices, parameters, camera = posed((), yaw)
+    for seed in range(4):
+        strokes, _, regions = draw_by_convention(
+            load_rig(), vertices, zoomed(camera, 1.3), parameters, artist, 1.6,
+            np.random.default_rng(seed),
+        )  # fmt: skip
+        page = Image.new("L", (SIZE, SIZE))
+        for outline in regions["hat"]:
+            ImageDraw.Draw(page).polygon(outline.ravel().tolist(), fill=1)
+        near, inside = (binary_dilation(page, iterations=3), binary_erosion(page, iterations=3))
+
+        def told(area, *kinds, strokes=strokes):
+            points = points_of(strokes, *kinds)
+            u, v = points[((points >= 0) & (points < SIZE)).all(axis=1)].astype(int).T
+            return area[v, u]
+
+        assert inside.mean() > 0.005
+        assert told(near, "hat").mean() > 0.7  # the strap of a helmet is not told
+        # Some hair is seen over the strap of a cap.
+        assert told(inside, "hair", "skull").sum() < 0.05 * len(told(near, "hat"))
+        assert hat in BANDS or np.concatenate(regions["hair"])[:, 1].min() < SIZE / 2
+
+
+def test_a_narrow_ribbon_is_no_hat():
+    vertices, parameters, camera = posed((), 0.0)
+    artist = replace(PLAIN, cut="short", hat="band")
+    rng = np.random.default_rng(0)
+    _, _, regions = draw_by_convention(load_rig(), vertices, camera, parameters, artist, 1.6, rng)
+    assert "hat" not in regions and regions["hair"]
 
 
 # --- artists ---
