@@ -13,9 +13,10 @@ from facs_rig import Camera, FaceParameters, FaceRig
 
 from ..linework.strokes import Stroke
 from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
+from .beards import draw_beard
 from .canvas import Canvas
-from .extras import draw_beard, draw_glasses, draw_moustache
 from .eyes import draw_brows, draw_eyes
+from .glasses import draw_glasses
 from .hair import LONG, cut_hair, draw_front, draw_hair
 from .hats import draw_hat
 from .head import (
@@ -28,6 +29,7 @@ from .head import (
     neck_shape,
 )
 from .mouth import Mouth, draw_mouth
+from .moustaches import draw_moustache
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
 from .sitter import face_outline, sit

@@ -75,7 +75,8 @@ CONVENTIONS: dict[str, dict[str, Odds]] = {
     "chin": {"none": (1, 1.5, 4, 3), "arc": (3, 1.5, 0.5, 0.7), "dimple": (0.5, 0.8, 0.2, 0.2)},
     "neck": {"lines": (3, 3, 4, 3), "muscle": (2, 0.7, 0, 0), "none": (0.3, 0.5, 0.7, 1.2)},
     "shade": {"none": (2, 4, 6, 5), "neck": (1.5, 1, 0.3, 0.3), "nose": (1, 0.6, 0.2, 0.5),
-              "side": (1, 1, 0.3, 0.4), "full": (2.5, 0.7, 0.1, 0.2)},
+              "side": (1, 1, 0.3, 0.4), "full": (2.5, 0.7, 0.1, 0.2),
+              "planes": (2.5, 0.7, 0.1, 0.3)},
     "clothes": {"none": (0.7, 1, 1.5, 2), "slope": (1.5, 1, 2, 1.5), "crew": (1, 1, 2, 1),
                 "v": (1, 0.7, 0.4, 0.5), "shirt": (2, 1.5, 0.5, 0.6), "suit": (1.3, 1, 0.3, 0.2)},
     "finish": {"outline": (0.6, 1.2, 1.5, 2.5), "black": (1.2, 2.5, 3, 0.8),
@@ -100,8 +101,13 @@ TELLING: dict[str, dict[str, tuple[float, float]]] = {
     "clothes": {"shirt": (0.6, 1.4), "suit": (0.3, 1.7)},
 }
 BROW_SIZE, EYE_SIZE = (0.85, 1.15), (1.05, 0.96)  # of a woman's and a man's, as they are drawn
-BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
-MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
+BEARDS = {"none": 5.0, "stubble": 0.45, "shadow": 0.35, "jawline": 0.2, "outline": 0.3,
+          "hairs": 0.5, "full": 0.75, "black": 0.35, "goatee": 0.35, "circle": 0.35, "strip": 0.12,
+          "patch": 0.08}  # fmt: skip
+MOUSTACHES = {"none": 5.0, "line": 0.2, "hairs": 0.4, "black": 0.25, "pencil": 0.2, "brush": 0.3,
+              "horseshoe": 0.15, "handlebar": 0.12, "halves": 0.2, "few": 0.18,
+              "white": 0.1}  # fmt: skip
+JOINED = ("full", "circle")  # beards that hardly anybody wears without a moustache
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
 HATS = {
     "none": 12.0,
@@ -135,6 +141,9 @@ HIDES: dict[tuple[str, str], tuple[str, ...]] = {
     ("glasses", "dark"): ("squint", "outer_squint", "blink", "lid_raise"),
     ("beard", "black"): ("shrug", "cheek_suck", "cheek_puff"),
     ("beard", "hairs"): ("shrug", "cheek_suck"),
+    ("beard", "full"): ("shrug", "cheek_suck", "cheek_puff"),
+    ("beard", "circle"): ("shrug",),
+    ("moustache", "brush"): ("lip_loosen_upper", "lip_tighten_upper", "lip_lock_upper"),
     ("moustache", "black"): ("lip_loosen_upper", "lip_tighten_upper", "lip_lock_upper"),
 }  # fmt: skip
 
@@ -280,6 +289,9 @@ def sample_artist(
     cuts["receding"] *= 0.4 + 2 * old
     cuts["bald"] *= 0.4 + 1.5 * old
     bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
+    beard, moustache = (_lot(rng, table) if bearded else "none" for table in (BEARDS, MOUSTACHES))
+    if beard in JOINED and moustache == "none":
+        moustache = _lot(rng, {**MOUSTACHES, "none": 0.1})
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]
 
@@ -297,8 +309,7 @@ def sample_artist(
     reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
     return Artist(
         manner=manner, **chosen, cut=cut,
-        beard=_lot(rng, BEARDS) if bearded else "none",
-        moustache=_lot(rng, MOUSTACHES) if bearded else "none",
+        beard=beard, moustache=moustache,
         glasses=_lot(rng, GLASSES), hat=_lot(rng, HATS),
         bares=bool(rng.random() < BARES), freckles=bool(rng.random() < 0.04),
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
