@@ -62,7 +62,7 @@ class Outlines:
 
         points : (k, 2), where the outlines' own have been moved to on the page
 
-        Hair lies over a face, and so does a beard.
+        Hair lies over a face, and so does a beard, which what is worn on the head may hide.
         """
         size = cells * FINER
         places = crop.to_units(np.asarray(points, float)) * size - 0.5
@@ -72,6 +72,7 @@ class Outlines:
                 image = Image.fromarray(found[owner])
                 ImageDraw.Draw(image).polygon(places[a:b].ravel().tolist(), fill=1)
                 found[owner] = np.asarray(image)
+        found[REGIONS.index("beard")] *= 1 - found[REGIONS.index("hat")]
         face, *others = (REGIONS.index(name) for name in ("face", "hair", "beard"))
         found[face] *= 1 - np.maximum(*found[others])
         if not self.hats:

@@ -28,8 +28,8 @@ from .head import (
     draw_neck,
     neck_shape,
 )
-from .mouth import Mouth, draw_mouth
 from .moustaches import draw_moustache
+from .mouth import Mouth, draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade
 from .sitter import face_outline, sit

@@ -108,6 +108,14 @@ MOUSTACHES = {"none": 5.0, "line": 0.2, "hairs": 0.4, "black": 0.25, "pencil": 0
               "horseshoe": 0.15, "handlebar": 0.12, "halves": 0.2, "few": 0.18,
               "white": 0.1}  # fmt: skip
 JOINED = ("full", "circle")  # beards that hardly anybody wears without a moustache
+# Moustaches that go with a beard, of which most are; others with them are of two colours or ways.
+FITTING = {
+    "full": ("hairs", "brush", "horseshoe", "halves", "handlebar"),
+    "circle": ("hairs", "brush", "horseshoe", "halves", "black"),
+    "black": ("black", "brush", "handlebar"),
+    "outline": ("white", "few", "handlebar"),
+}
+FITS = 0.8  # how often a moustache is one of those
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
 HATS = {
     "none": 12.0,
@@ -289,9 +297,7 @@ def sample_artist(
     cuts["receding"] *= 0.4 + 2 * old
     cuts["bald"] *= 0.4 + 1.5 * old
     bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
-    beard, moustache = (_lot(rng, table) if bearded else "none" for table in (BEARDS, MOUSTACHES))
-    if beard in JOINED and moustache == "none":
-        moustache = _lot(rng, {**MOUSTACHES, "none": 0.1})
+    beard, moustache = _grown(rng) if bearded else ("none", "none")
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]
 
@@ -326,6 +332,16 @@ def sample_artist(
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
+
+
+def _grown(rng: np.random.Generator) -> tuple[str, str]:
+    """A man's beard and moustache, either of which may be none."""
+    beard, moustache = _lot(rng, BEARDS), _lot(rng, MOUSTACHES)
+    if beard in JOINED and moustache == "none":
+        moustache = _lot(rng, {**MOUSTACHES, "none": 0.1})
+    if moustache != "none" and beard in FITTING and rng.random() < FITS:
+        moustache = _lot(rng, {name: MOUSTACHES[name] for name in FITTING[beard]})
+    return beard, moustache
 
 
 def _of_sex(man: float, factors: tuple[float, float]) -> float:

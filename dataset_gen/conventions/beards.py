@@ -21,8 +21,8 @@ LAYERS: dict[str, tuple[tuple[Range, Range, Range, Range], ...]] = {
     "shadow": (((0.02, 0.15), (0.03, 0.09), (0.5, 0.9), (1.5, 3.0)),),
     "jawline": (((0.03, 0.2), (0.02, 0.06), (0.5, 0.9), (1.0, 2.5)),),
     "hairs": (((0.15, 0.5), (0.07, 0.17), (0.7, 1.0), (0.8, 1.6)),),
-    "full": (((0.35, 0.9), (0.07, 0.18), (0.5, 0.9), (0.9, 1.4)),
-             ((0.25, 0.9), (0.05, 0.15), (0.8, 1.0), (1.8, 4.0))),
+    "full": (((0.45, 1.3), (0.07, 0.18), (0.5, 0.9), (0.9, 1.4)),
+             ((0.3, 1.3), (0.05, 0.15), (0.8, 1.0), (1.6, 4.0))),
     "goatee": (((0.25, 1.3), (0.06, 0.17), (0.7, 1.0), (0.9, 1.8)),),
     "circle": (((0.3, 1.3), (0.05, 0.14), (0.7, 1.0), (0.9, 1.8)),),
     "strip": (((0.4, 1.4), (0.04, 0.11), (0.7, 1.0), (1.0, 2.0)),),
@@ -31,6 +31,8 @@ LAYERS: dict[str, tuple[tuple[Range, Range, Range, Range], ...]] = {
 # How far beards may hang below the jaw, in units; others do not.
 LONG = {"hairs": 0.25, "black": 0.35, "outline": 0.45, "full": 0.55, "goatee": 0.3, "circle": 0.2}
 LEAST = 0.015  # units that what hangs at all covers of the jaw's own line
+# How often hair beside the mouth joins beard and moustache.
+MEETS = {"circle": 1.0, "full": 0.7, "hairs": 0.4, "goatee": 0.3, "black": 0.3}
 SHORN = ("stubble", "shadow")  # go over the upper lip too
 
 
@@ -40,15 +42,16 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     if kind == "none":
         return
     rng, mouth = canvas.rng, Mouth(sitter, artist.bares)
-    patches = [_grounds(kind)(sitter, mouth, kind, rng)]
+    patches = [GROUNDS.get(kind, _cheeks)(sitter, mouth, kind, rng)]
     if kind in SHORN and artist.moustache == "none" and rng.random() < 0.75:
         patches.append(_upper_lip(sitter, mouth, rng))
-    if kind == "circle" or kind == "goatee" and artist.moustache != "none" and rng.random() < 0.3:
-        patches += beside_mouth(sitter, mouth, rng, 0.75)
+    if rng.random() < MEETS.get(kind, 0.0) * (artist.moustache != "none" or kind == "circle"):
+        patches += beside_mouth(sitter, mouth, rng, rng.uniform(0.3, 0.75))
     for patch in patches:
         canvas.mark("beard", patch.outline)
     if kind == "black":
-        _black(canvas, sitter, patches[0])
+        for patch in patches:
+            _black(canvas, sitter, patch)
     elif kind == "outline":
         _white(canvas, sitter, patches[0])
     else:
@@ -63,12 +66,6 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
 # --- where they grow ---
 
 
-def _grounds(kind: str):  # type: ignore[no-untyped-def]
-    if kind in ("goatee", "circle"):
-        return _goatee
-    return {"strip": _strip, "jawline": _strip, "patch": _soul}.get(kind, _cheeks)
-
-
 def _jaw(sitter: Sitter, share: float = 1.0) -> tuple[Points, Points]:
     """(COLUMNS, 2) the jaw from the picture's right ear to the left one, or such a share of it
     about the chin; and the middle of the mouth, toward which it is thick."""
@@ -77,6 +74,13 @@ def _jaw(sitter: Sitter, share: float = 1.0) -> tuple[Points, Points]:
     cut = int(0.5 * (1 - share) * len(low))
     jaw = even(smooth(low[cut : len(low) - cut], 90), COLUMNS)
     return jaw, Mouth(sitter).line.mean(axis=0)
+
+
+def room(sitter: Sitter, corner: Points, way: int) -> float:
+    """Units from a corner of the mouth to the edge of the face at the picture's right (1) or left
+    (-1): little on the far side of a turned head."""
+    x, y = ((sitter.face - corner) / sitter.unit @ np.stack([sitter.right, sitter.down], axis=1)).T
+    return max(float((way * x[np.abs(y) < 0.12]).max(initial=0.0)), 0.02)
 
 
 def _hung(
@@ -93,10 +97,10 @@ def _hung(
 
 def _under_lip(sitter: Sitter, mouth: Mouth, gap: float, wide: float = 0.12) -> Points:
     """(5, 2) from beside the picture's right corner of the mouth, under the lip, to the left."""
-    corners = [
-        mouth.line[k] + sitter.unit * (way * wide * sitter.right + gap * sitter.down)
-        for k, way in ((-1, 1), (0, -1))
-    ]
+    corners = []
+    for k, way in ((-1, 1), (0, -1)):
+        out = min(wide, 0.6 * room(sitter, mouth.line[k], way))
+        corners.append(mouth.line[k] + sitter.unit * (way * out * sitter.right + gap * sitter.down))
     low = mouth.outer_lower[[30, 20, 10]] + gap * sitter.unit * sitter.down
     return np.stack([corners[0], *low, corners[1]])
 
@@ -109,13 +113,13 @@ def _cheeks(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) -
     burn, cheek = rng.uniform(0.06, 0.2), rng.uniform(0.22, 0.6)
     lip = _under_lip(sitter, mouth, rng.uniform(0.03, 0.1), rng.uniform(0.08, 0.16))
     rise = rng.uniform(0, 0.14) if kind != "outline" else 0.0
-    up, out = rise * sitter.unit * sitter.down, 0.4 * rise * sitter.unit * sitter.right
+    up = rise * sitter.unit * sitter.down
 
     def inward(k: int, share: float) -> Points:
         return jaw[k] + share * (middle - jaw[k])
 
-    knots = [jaw[0], inward(7, burn), inward(15, cheek), lip[0] - up + out, *lip,
-             lip[-1] - up - out, inward(-16, cheek), inward(-8, burn), jaw[-1]]  # fmt: skip
+    knots = [jaw[0], inward(7, burn), inward(15, cheek), lip[0] - up, *lip,
+             lip[-1] - up, inward(-16, cheek), inward(-8, burn), jaw[-1]]  # fmt: skip
     if rise < 0.05:
         del knots[3], knots[-4]
     return Patch.between(smooth(np.stack(knots), 90), hem)
@@ -172,13 +176,20 @@ def beside_mouth(
     lean = rng.uniform(-0.06, 0.08) * sitter.unit * sitter.right
     bands = []
     for k, way in ((-1, 1), (0, -1)):
-        begin = mouth.line[k] + sitter.unit * (way * out * sitter.right - 0.08 * sitter.down)
-        line = smooth(
-            np.stack([begin, begin + 0.5 * fall + way * lean, begin + fall + way * lean]), 30
-        )
+        corner = mouth.line[k]
+        aside = way * min(out, 0.5 * room(sitter, corner, way)) * sitter.unit * sitter.right
+        line = smooth(np.stack([
+            corner + 0.4 * aside - 0.1 * sitter.unit * sitter.down,
+            corner + aside + 0.3 * fall + 0.5 * way * lean,
+            corner + aside + fall + way * lean,
+        ]), 30)  # fmt: skip
         edges = ribbon(line, half * sitter.unit * np.linspace(1, rng.uniform(0.3, 1), 30))
         bands.append(Patch.between(edges[:30], edges[30:60][::-1]))
     return bands
+
+
+GROUNDS = {"goatee": _goatee, "circle": _goatee, "strip": _strip, "jawline": _strip,
+           "patch": _soul}  # fmt: skip
 
 
 # --- how they are drawn ---
@@ -209,6 +220,9 @@ def _hatched(canvas: Canvas, sitter: Sitter, kind: str, patches: list[Patch]) ->
         jaw = Patch(0.75 * patches[0].hem + 0.25 * patches[0].top, patches[0].hem)
         band = patches[0] if kind in ("jawline", "strip") else jaw
         along(canvas, "beard", band, int(rng.integers(4, 14)), 0.8, rng.uniform(0.5, 1), True)
+    if kind == "full" and rng.random() < 0.35:  # a tone under the hairs
+        canvas.blacken(patches[0].outline, rng.uniform(1.0, 2.1), rng.uniform(1.1, 2.0), "beard",
+                       rng.uniform(0.4, 0.9))  # fmt: skip
     for cover, length, strength, low in LAYERS[kind]:
         size = rng.uniform(*length) * sitter.unit
         many, bend = rng.uniform(*cover), rng.uniform(*low)
@@ -277,7 +291,7 @@ def _white(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
         hem = smooth(patch.hem, 80) + ripple[:, None] * sitter.down
     canvas.line("beard", hem, 1.0)
     canvas.line("beard", smooth(patch.top[::3], 40), 0.8)
-    bow = 0.05 * wave(rng, 1, 8)[0]
+    bow = 0.03 * np.sin(rng.uniform(0, 6) + np.linspace(0, rng.uniform(1, 5), 8))
     for t in rng.uniform(0.05, 0.95, int(rng.choice([0, 6, 14, 25]))):
         a, b = np.sort(rng.uniform(0.1, 0.98, 2))
         lock = patch.at(np.clip(t + bow, 0, 1), np.linspace(a, b, 8))

@@ -81,8 +81,7 @@ def _grown(sitter: Sitter, mouth: Mouth, form: Form, rng: np.random.Generator) -
     # A thin one lies on the lip or halfway to the nose.
     thick = rng.uniform(*form.thick)
     lift = rng.uniform(0.05, max(0.1, min(0.4, 0.75 - thick)))
-    hem = smooth(np.stack([ends[0], lip[9] + lift * up, lip[20] + lift * up, lip[-10] + lift * up,
-                           ends[1]]), COLUMNS)  # fmt: skip
+    hem = smooth(np.stack([ends[0], *(lip[[6, 13, 20, 27, 34]] + lift * up), ends[1]]), COLUMNS)
     t = np.linspace(-1, 1, COLUMNS)
     dent = rng.uniform(0, 0.4) * np.exp(-((t / 0.15) ** 2))
     profile = (1 - np.abs(t) ** rng.uniform(1.8, 5)) ** 0.7 * (1 - dent)
@@ -90,10 +89,7 @@ def _grown(sitter: Sitter, mouth: Mouth, form: Form, rng: np.random.Generator) -
     gap = rng.uniform(*form.gap)
     if gap < 0.05:
         return [Patch(top, hem)]
-    return [
-        Patch.between(top[own], hem[own])
-        for own in (t < -gap, t > gap)
-    ]  # fmt: skip
+    return [Patch.between(top[own], hem[own]) for own in (t < -gap, t > gap)]
 
 
 def _draw(canvas: Canvas, sitter: Sitter, patch: Patch, way: str) -> None:

@@ -18,8 +18,9 @@ from .sitter import RAYS, Sitter
 
 NECK_SHADE = 0.36  # units that the chin's shadow reaches down, at most
 # Of faces that are shaded in planes, how many have each of them shaded.
-PLANES = {"cheekbones": 0.65, "jaw": 0.4, "folds": 0.45, "nose": 0.4, "upper_lip": 0.4,
-          "red": 0.35, "chin": 0.6}  # fmt: skip
+PLANES = {"cheekbones": 0.65, "jaw": 0.35, "half": 0.3, "folds": 0.45, "nose": 0.4,
+          "upper_lip": 0.4, "red": 0.35, "chin": 0.6, "under": 0.25}  # fmt: skip
+CROSSED = 0.3  # how many of them are hatched twice
 
 
 def draw_shade(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
@@ -94,25 +95,34 @@ def _planes(canvas: Canvas, sitter: Sitter, side: str, angle: float) -> None:
             along(canvas, "hatch", Patch.between(fold + wide, fold), int(rng.integers(2, 7)), 0.8,
                   dark, True)  # fmt: skip
     if "jaw" in picked:  # that is on the side of the shade alone
-        edge = _cheek(sitter, side, rng.uniform(0.72, 0.9))
-        half = len(edge) // 2
-        low = slice(half // 3, half) if side == "left" else slice(0, half - half // 3)
-        patches.append(Patch.between(edge[half:][::-1][low], edge[:half][low]))
+        outer, inner = np.split(_cheek(sitter, side, rng.uniform(0.72, 0.9)), 2)
+        third = len(outer) // 3
+        low = slice(third, None) if side == "left" else slice(0, -third)
+        patches.append(Patch.between(inner[::-1][low], outer[low]))
+    if "half" in picked:  # all that lies below the cheekbone
+        patches.append(_half(sitter, mouth, side, rng))
+    if "under" in picked:  # the ball of the chin
+        ball = sitter.face[np.arange(0.43 * RAYS, 0.57 * RAYS).astype(int)]
+        rise = np.sin(np.linspace(0, np.pi, len(ball)))[:, None] * rng.uniform(0.04, 0.14)
+        below = Patch.between(ball - rise * sitter.unit * sitter.down, ball)
+        _hatch(canvas, below.outline, angle, rng.uniform(1.4, 2.4), dark)
     lip, base = mouth.outer_upper, sitter.mark("nose_base")
     if "upper_lip" in picked:  # the nose's shadow, no wider than it
         begin = int(rng.integers(10, 17))
-        low = lip[begin : 41 - begin] + rng.uniform(0.1, 0.4) * (base - lip[20])
-        under = low + rng.uniform(0.4, 0.8) * (base - low.mean(axis=0))
-        patches.append(Patch.between(under, low))
+        foot = lip[begin : 41 - begin] + rng.uniform(0.1, 0.4) * (base - lip[20])
+        under = foot + rng.uniform(0.4, 0.8) * (base - foot.mean(axis=0))
+        patches.append(Patch.between(under, foot))
     if "red" in picked:
         patches.append(Patch.between(lip[2:-2], mouth.upper[2:-2]))
     if "chin" in picked:
         begin = int(rng.integers(6, 14))
-        low = mouth.outer_lower[begin : 41 - begin] + 0.01 * sitter.unit * sitter.down
-        sag = np.sin(np.linspace(0, np.pi, len(low)))[:, None] * rng.uniform(0.05, 0.16)
-        patches.append(Patch.between(low, low + sag * sitter.unit * sitter.down))
+        rim = mouth.outer_lower[begin : 41 - begin] + 0.01 * sitter.unit * sitter.down
+        sag = np.sin(np.linspace(0, np.pi, len(rim)))[:, None] * rng.uniform(0.05, 0.16)
+        patches.append(Patch.between(rim, rim + sag * sitter.unit * sitter.down))
     for patch in patches:
         _shaded(canvas, sitter, patch, how, angle, dark)
+        if rng.random() < CROSSED:
+            _shaded(canvas, sitter, patch, how, angle + rng.uniform(0.4, 1.0), dark)
 
 
 def _hollow(sitter: Sitter, mouth: Mouth, side: str, rng: np.random.Generator) -> Patch:
@@ -124,6 +134,15 @@ def _hollow(sitter: Sitter, mouth: Mouth, side: str, rng: np.random.Generator) -
     top = edge + t * (goal - edge) + 0.06 * np.sin(np.pi * t) * sitter.unit * sitter.down
     tall = rng.uniform(0.12, 0.4) * sitter.unit * (1 - t) ** rng.uniform(0.3, 1.0)
     return Patch.between(top, top + (tall + 1) * sitter.down)
+
+
+def _half(sitter: Sitter, mouth: Mouth, side: str, rng: np.random.Generator) -> Patch:
+    """The lower face on one side, from before the ear to beside mouth and chin."""
+    first, last = (0.26, 0.47) if side == "left" else (0.74, 0.53)
+    edge = sitter.face[np.linspace(first * RAYS, last * RAYS, 20).astype(int)]
+    goal = mouth.line[-1 if side == "left" else 0]
+    depth = rng.uniform(0.35, 0.85) * np.sin(np.linspace(0.3, np.pi - 0.5, 20))[:, None]
+    return Patch.between(edge + depth * (goal - edge), edge)
 
 
 def _shaded(
