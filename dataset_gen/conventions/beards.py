@@ -47,23 +47,33 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         patches.append(_upper_lip(sitter, mouth, rng))
     if rng.random() < MEETS.get(kind, 0.0) * (artist.moustache != "none" or kind == "circle"):
         patches += beside_mouth(sitter, mouth, rng, rng.uniform(0.3, 0.75))
-    for patch in patches:
-        canvas.mark("beard", patch.outline)
+    outlines = [patch.outline for patch in patches]
+    if kind == "outline":
+        hem = _locks(canvas, sitter, patches[0])
+        outlines = [np.concatenate([patches[0].top, hem[::-1]])]
+    for outline in outlines:
+        canvas.mark("beard", outline)
     if kind == "black":
         for patch in patches:
             _black(canvas, sitter, patch)
     elif kind == "outline":
-        _white(canvas, sitter, patches[0])
+        _white(canvas, patches[0], hem)
     else:
         _hatched(canvas, sitter, kind, patches)
     # Thick hair hides the line of the jaw, and what hangs the neck.
     hangs = float(((patches[0].hem - _jaw(sitter)[0]) @ sitter.down).max()) > 0.1 * sitter.unit
     thick = kind in ("full", "black", "outline")
     if thick and (hangs or rng.random() < 0.6) or kind in LONG and rng.random() < 0.4:
-        canvas.cover(patches[0].outline)
+        canvas.cover(outlines[0])
 
 
 # --- where they grow ---
+
+
+def _chin(sitter: Sitter) -> Points:
+    """(2,) the middle of the chin, which in a turned head is not that of the jaw's outline."""
+    arc = sitter.curves["chin_arc"]
+    return arc[len(arc) // 2] + 0.06 * sitter.unit * sitter.down
 
 
 def _jaw(sitter: Sitter, share: float = 1.0) -> tuple[Points, Points]:
@@ -71,8 +81,12 @@ def _jaw(sitter: Sitter, share: float = 1.0) -> tuple[Points, Points]:
     about the chin; and the middle of the mouth, toward which it is thick."""
     begin, end = sitter_ray(sitter, 1), sitter_ray(sitter, -1)
     low = sitter.face[np.arange(begin + 1, end) % RAYS]
-    cut = int(0.5 * (1 - share) * len(low))
-    jaw = even(smooth(low[cut : len(low) - cut], 90), COLUMNS)
+    if share < 1:
+        half = int(0.5 * share * len(low))
+        chin = int(np.argmin(np.hypot(*(low - _chin(sitter)).T)))
+        chin = int(np.clip(chin, half, len(low) - 1 - half))
+        low = low[chin - half : chin + half + 1]
+    jaw = even(smooth(low, 90), COLUMNS)
     return jaw, Mouth(sitter).line.mean(axis=0)
 
 
@@ -149,13 +163,13 @@ def _strip(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) ->
 def _soul(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) -> Patch:
     """A tuft under the lower lip, to a point."""
     lip = even(mouth.outer_lower[14:27][::-1], COLUMNS) + 0.03 * sitter.unit * sitter.down
-    chin = _jaw(sitter)[0][COLUMNS // 2]
+    chin = _chin(sitter)
     foot = lip.mean(axis=0) + rng.uniform(0.35, 0.85) * (chin - lip.mean(axis=0))
     width = rng.uniform(0.2, 0.7)
     middle = lip.mean(axis=0)
     lip = middle + rng.uniform(0.6, 1.1) * (lip - middle)
     bend = np.abs(np.linspace(-1, 1, COLUMNS))[:, None]
-    hem = foot + width * (lip - middle) - 0.3 * bend * (foot - middle)
+    hem = foot + width * (lip - middle) - 0.2 * bend * (foot - middle)
     return Patch(lip, hem)
 
 
@@ -170,8 +184,7 @@ def beside_mouth(
     sitter: Sitter, mouth: Mouth, rng: np.random.Generator, reach: float
 ) -> list[Patch]:
     """Two bands from over the corners of the mouth down, `reach` of the way to the jaw."""
-    chin = _jaw(sitter)[0][COLUMNS // 2]
-    fall = reach * ((chin - mouth.line[20]) @ sitter.down) * sitter.down
+    fall = reach * ((_chin(sitter) - mouth.line[20]) @ sitter.down) * sitter.down
     half, out = rng.uniform(0.03, 0.07), rng.uniform(0.05, 0.1)
     lean = rng.uniform(-0.06, 0.08) * sitter.unit * sitter.right
     bands = []
@@ -212,6 +225,8 @@ def _hatched(canvas: Canvas, sitter: Sitter, kind: str, patches: list[Patch]) ->
     """Hairs in layers, as they grow; shade and strokes along the jaw under them."""
     rng = canvas.rng
     fan, forward = rng.uniform(-0.1, 1.0), rng.uniform(-0.5, 0.7)
+    if kind == "patch":
+        fan, forward = 0.0, 0.0
     if kind == "shadow":
         angle, sparse = rng.uniform(0.6, 2.5), rng.uniform(1.5, 3.2)
         for patch in patches:
@@ -242,6 +257,7 @@ def hairs(
     """
     rng = canvas.rng
     width = rng.uniform(0.6, 1.0)
+    size = min(size, 0.6 * float(np.hypot(*(patch.hem - patch.top).T).max()))
     across, depth = patch.scattered(rng, patch.covered(canvas, cover, size, width), low)
     lit = np.exp(-(((across[:, None] - np.array(shine)) / 0.035) ** 2)).sum(axis=1)
     kept = rng.random(len(across)) > 0.9 * lit * (depth < 0.85)
@@ -279,16 +295,20 @@ def _black(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
         canvas.line("beard", patch.hem, 1.0)
 
 
-def _white(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
-    """An outline, rippled or in arcs, and perhaps some locks within: old men's beards are white."""
+def _locks(canvas: Canvas, sitter: Sitter, patch: Patch) -> Points:
+    """The hem of an outline, rippled or in arcs."""
     rng = canvas.rng
-    count = int(rng.integers(7, 22))
     if rng.random() < 0.5:
         # The jaw runs from the picture's right to its left: outward is to its left.
-        hem = scalloped(patch.hem, rng.uniform(0.02, 0.06) * sitter.unit, count, -1.0)
-    else:
-        ripple = 0.02 * sitter.unit * np.sin(np.linspace(0, rng.uniform(20, 60), 80))
-        hem = smooth(patch.hem, 80) + ripple[:, None] * sitter.down
+        size, count = rng.uniform(0.02, 0.06) * sitter.unit, int(rng.integers(7, 22))
+        return scalloped(patch.hem, size, count, -1.0)
+    ripple = 0.02 * sitter.unit * np.sin(np.linspace(0, rng.uniform(20, 60), 80))
+    return smooth(patch.hem, 80) + ripple[:, None] * sitter.down
+
+
+def _white(canvas: Canvas, patch: Patch, hem: Points) -> None:
+    """An outline, and perhaps some locks within: old men's beards are white."""
+    rng = canvas.rng
     canvas.line("beard", hem, 1.0)
     canvas.line("beard", smooth(patch.top[::3], 40), 0.8)
     bow = 0.03 * np.sin(rng.uniform(0, 6) + np.linspace(0, rng.uniform(1, 5), 8))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .artist import Artist
-from .beards import beside_mouth, hairs
+from .beards import beside_mouth, hairs, room
 from .canvas import Canvas
 from .mouth import Mouth
 from .patches import COLUMNS, Patch, scalloped, ticks
@@ -75,7 +75,8 @@ def _grown(sitter: Sitter, mouth: Mouth, form: Form, rng: np.random.Generator) -
     up = sitter.mark("nose_base") - lip[20]
     over, drop = rng.uniform(*form.over), rng.uniform(*form.drop) + rng.uniform(-0.02, 0.02, 2)
     ends = [
-        lip[k] + unit * (side * over * sitter.right + d * sitter.down)
+        lip[k]
+        + unit * (side * min(over, room(sitter, lip[k], side)) * sitter.right + d * sitter.down)
         for k, side, d in ((0, -1, drop[0]), (-1, 1, drop[1]))
     ]
     # A thin one lies on the lip or halfway to the nose.
