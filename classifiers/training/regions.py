@@ -64,7 +64,7 @@ class Outlines:
 
         points : (k, 2), where the outlines' own have been moved to on the page
 
-        Hair lies over a face, and so does a beard; an ear over hair, and a hat over ears.
+        Hair lies over a face, and so does a beard; an ear over hair; a hat over ears and beards.
         """
         size = cells * FINER
         places = crop.to_units(np.asarray(points, float)) * size - 0.5
@@ -77,6 +77,7 @@ class Outlines:
         found, ear = every[:-1], every[-1]
         face, hair, beard, hat = (REGIONS.index(n) for n in ("face", "hair", "beard", "hat"))
         found[hair] *= 1 - ear * (1 - found[hat])
+        found[beard] *= 1 - found[hat]
         found[face] *= 1 - np.maximum(found[hair], found[beard])
         if not self.hats:
             found[REGIONS.index("hat")] = np.nan

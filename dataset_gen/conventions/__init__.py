@@ -14,10 +14,11 @@ from facs_rig import Camera, FaceParameters, FaceRig
 from ..linework.strokes import Stroke
 from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
 from .bands import draw_band
+from .beards import draw_beard
 from .canvas import Canvas
 from .cut import BARE, LONG, cut_hair
-from .extras import draw_beard, draw_glasses, draw_moustache
 from .eyes import draw_brows, draw_eyes
+from .glasses import draw_glasses
 from .hair import draw_front, draw_hair
 from .hats import draw_hat
 from .head import (
@@ -29,6 +30,7 @@ from .head import (
     draw_neck,
     neck_shape,
 )
+from .moustaches import draw_moustache
 from .mouth import Mouth, draw_mouth
 from .nose import draw_nose
 from .shade import draw_neck_shade, draw_shade

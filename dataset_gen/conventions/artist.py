@@ -75,7 +75,8 @@ CONVENTIONS: dict[str, dict[str, Odds]] = {
     "chin": {"none": (1, 1.5, 4, 3), "arc": (3, 1.5, 0.5, 0.7), "dimple": (0.5, 0.8, 0.2, 0.2)},
     "neck": {"lines": (3, 3, 4, 3), "muscle": (2, 0.7, 0, 0), "none": (0.3, 0.5, 0.7, 1.2)},
     "shade": {"none": (2, 4, 6, 5), "neck": (1.5, 1, 0.3, 0.3), "nose": (1, 0.6, 0.2, 0.5),
-              "side": (1, 1, 0.3, 0.4), "full": (2.5, 0.7, 0.1, 0.2)},
+              "side": (1, 1, 0.3, 0.4), "full": (2.5, 0.7, 0.1, 0.2),
+              "planes": (2.5, 0.7, 0.1, 0.3)},
     "clothes": {"none": (0.7, 1, 1.5, 2), "slope": (1.5, 1, 2, 1.5), "crew": (1, 1, 2, 1),
                 "v": (1, 0.7, 0.4, 0.5), "shirt": (2, 1.5, 0.5, 0.6), "suit": (1.3, 1, 0.3, 0.2)},
     "finish": {"outline": (0.6, 1.2, 1.5, 2.5), "black": (1.2, 2.5, 3, 0.8),
@@ -101,8 +102,21 @@ TELLING: dict[str, dict[str, tuple[float, float]]] = {
     "clothes": {"shirt": (0.6, 1.4), "suit": (0.3, 1.7)},
 }
 BROW_SIZE, EYE_SIZE = (0.85, 1.15), (1.05, 0.96)  # of a woman's and a man's, as they are drawn
-BEARDS = {"none": 5.0, "stubble": 1.0, "outline": 0.5, "hairs": 1.2, "black": 0.5, "goatee": 0.6}
-MOUSTACHES = {"none": 5.0, "line": 0.4, "hairs": 1.0, "black": 0.7}
+BEARDS = {"none": 5.0, "stubble": 0.45, "shadow": 0.35, "jawline": 0.2, "outline": 0.3,
+          "hairs": 0.5, "full": 0.75, "black": 0.35, "goatee": 0.35, "circle": 0.35, "strip": 0.12,
+          "patch": 0.08}  # fmt: skip
+MOUSTACHES = {"none": 5.0, "line": 0.2, "hairs": 0.4, "black": 0.25, "pencil": 0.2, "brush": 0.3,
+              "horseshoe": 0.15, "handlebar": 0.12, "halves": 0.2, "few": 0.18,
+              "white": 0.1}  # fmt: skip
+JOINED = ("full", "circle")  # beards that hardly anybody wears without a moustache
+# Moustaches that go with a beard, of which most are; others with them are of two colours or ways.
+FITTING = {
+    "full": ("hairs", "brush", "horseshoe", "halves", "handlebar"),
+    "circle": ("hairs", "brush", "horseshoe", "halves", "black"),
+    "black": ("black", "brush", "handlebar"),
+    "outline": ("white", "few", "handlebar"),
+}
+FITS = 0.8  # how often a moustache is one of those
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
 HATS = {"none": 12.0, "cap": 0.32, "skullcap": 0.2, "brim": 0.27, "beanie": 0.42, "band": 0.1,
         "headband": 0.12, "wreath": 0.12, "bow": 0.15, "scarf": 0.15, "veil": 0.15, "bandana": 0.12,
@@ -127,6 +141,9 @@ HIDES: dict[tuple[str, str], tuple[str, ...]] = {
     ("glasses", "dark"): ("squint", "outer_squint", "blink", "lid_raise"),
     ("beard", "black"): ("shrug", "cheek_suck", "cheek_puff"),
     ("beard", "hairs"): ("shrug", "cheek_suck"),
+    ("beard", "full"): ("shrug", "cheek_suck", "cheek_puff"),
+    ("beard", "circle"): ("shrug",),
+    ("moustache", "brush"): ("lip_loosen_upper", "lip_tighten_upper", "lip_lock_upper"),
     ("moustache", "black"): ("lip_loosen_upper", "lip_tighten_upper", "lip_lock_upper"),
 }  # fmt: skip
 
@@ -278,6 +295,7 @@ def sample_artist(
     for cut in ("bald", "rim"):
         cuts[cut] *= 0.4 + 1.5 * old
     bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
+    beard, moustache = _grown(rng) if bearded else ("none", "none")
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]
 
@@ -295,8 +313,7 @@ def sample_artist(
     reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
     return Artist(
         manner=manner, **chosen, cut=cut,
-        beard=lot(rng, BEARDS) if bearded else "none",
-        moustache=lot(rng, MOUSTACHES) if bearded else "none",
+        beard=beard, moustache=moustache,
         glasses=lot(rng, GLASSES), hat=lot(rng, HATS),
         bares=bool(rng.random() < BARES), freckles=bool(rng.random() < 0.04),
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
@@ -313,6 +330,16 @@ def sample_artist(
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
+
+
+def _grown(rng: np.random.Generator) -> tuple[str, str]:
+    """A man's beard and moustache, either of which may be none."""
+    beard, moustache = lot(rng, BEARDS), lot(rng, MOUSTACHES)
+    if beard in JOINED and moustache == "none":
+        moustache = lot(rng, {**MOUSTACHES, "none": 0.1})
+    if moustache != "none" and beard in FITTING and rng.random() < FITS:
+        moustache = lot(rng, {name: MOUSTACHES[name] for name in FITTING[beard]})
+    return beard, moustache
 
 
 def _of_sex(man: float, factors: tuple[float, float]) -> float:

@@ -181,8 +181,8 @@ def _ticks(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
     count = int(rng.integers(60, 420))
     k = rng.uniform(0, STEPS - 1, count)
     depth = rng.uniform(0, 1, count) ** rng.uniform(0.4, 1.0)
-    roots = _mix(hair, k, depth)
-    tips = _mix(hair, np.clip(k + lean, 0, STEPS - 1), depth + 0.1)
+    roots = mix(hair, k, depth)
+    tips = mix(hair, np.clip(k + lean, 0, STEPS - 1), depth + 0.1)
     ways = tips - roots
     ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
     long = sitter.unit * size * rng.uniform(0.6, 1.4, (count, 1))

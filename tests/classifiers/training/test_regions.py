@@ -50,6 +50,15 @@ def test_hair_and_beard_lie_over_the_face():
     np.testing.assert_allclose(mask[BEARD], [[0, 0], [1, 1]], atol=0.2)
 
 
+def test_what_is_worn_on_the_head_hides_a_beard():
+    lower = [[10.0, 20.0], [30.0, 20.0], [30.0, 30.0], [10.0, 30.0]]
+    side = [[10.0, 10.0], [20.0, 10.0], [20.0, 30.0], [10.0, 30.0]]
+    outlines = Outlines.of({"regions": {"face": [SQUARE], "beard": [lower], "hair": [side],
+                                        "hat": [side]}})  # fmt: skip
+    mask = outlines.mask(outlines.points, Box.at(10, 10, 20, 20), 2)
+    np.testing.assert_allclose(mask[BEARD], [[0, 0], [0, 1]], atol=0.2)
+
+
 def test_a_hat_is_told_of_or_not_known():
     told = {"face": [SQUARE], "hair": [SQUARE]}
     whole = Box.at(0, 0, 40, 40)

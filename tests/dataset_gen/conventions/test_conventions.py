@@ -19,9 +19,10 @@ from dataset_gen.conventions import (
     sample_artist,
     zoomed,
 )
-from dataset_gen.conventions.artist import BANDS, EXTRAS
+from dataset_gen.conventions.artist import BANDS, BEARDS, EXTRAS, JOINED, MOUSTACHES
 from dataset_gen.generate import generate, make_sample
 from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, load_rig
+from facs_rig.anatomy import LANDMARKS_68
 
 SIZE = 400
 PLAIN = Artist(cut="bald", clothes="none", neck="none", crease="none", crow="none", lashes="none",
@@ -294,6 +295,65 @@ def test_a_narrow_ribbon_is_no_hat():
     rng = np.random.default_rng(0)
     _, _, regions = draw_by_convention(load_rig(), vertices, camera, parameters, artist, 1.6, rng)
     assert "hat" not in regions and regions["hair"]
+
+
+# --- beards ---
+
+GROWN = [("beard", way) for way in BEARDS] + [("moustache", way) for way in MOUSTACHES]
+
+
+def marked(artist, yaw=0.0, seed=3):
+    """Strokes, where the artist has the landmarks, and (SIZE, SIZE) where a beard was marked."""
+    vertices, parameters, camera = posed((), yaw)
+    strokes, places, regions = draw_by_convention(
+        load_rig(), vertices, camera, parameters, artist, 1.6, np.random.default_rng(seed)
+    )
+    return strokes, places, area(regions.get("beard", []))
+
+
+def area(outlines):
+    page = Image.new("1", (SIZE, SIZE))
+    for outline in outlines:
+        ImageDraw.Draw(page).polygon((np.asarray(outline) - 0.5).ravel().tolist(), fill=1)
+    return np.asarray(page)
+
+
+@pytest.mark.parametrize("field, way", GROWN)
+@pytest.mark.parametrize("yaw", [0, 32])
+def test_a_beard_is_marked_where_it_is_drawn_and_not_on_the_lips(field, way, yaw):
+    artist = replace(PLAIN, **{field: way})
+    for seed in range(4):
+        strokes, places, mark = marked(artist, yaw, seed)
+        if way == "none":
+            assert not mark.any()
+            continue
+        hairs = points_of(strokes, "beard", "mass")
+        if len(hairs):
+            near = binary_dilation(mark, iterations=6)  # tips stand over the edge
+            u, v = np.clip(hairs.astype(int), 0, SIZE - 1).T
+            assert near[v, u].mean() > 0.93
+        lips = area([[places[LANDMARKS.index(name)] for name in LANDMARKS_68[48:60]]])
+        assert (mark & lips).sum() < 0.45 * lips.sum()
+
+
+def test_shade_is_drawn_where_beards_grow_and_is_none():
+    grown = [marked(replace(PLAIN, beard="hairs"), seed=seed)[2] for seed in range(8)]
+    inked = 0
+    for seed in range(8):
+        strokes, _, mark = marked(replace(PLAIN, shade="planes"), seed=seed)
+        assert not mark.any()
+        u, v = np.clip(points_of(strokes, "hatch").astype(int), 0, SIZE - 1).T
+        inked += int(grown[seed][v, u].sum())
+    assert inked > 400
+
+
+def test_beards_that_join_a_moustache_mostly_have_one():
+    rng = np.random.default_rng(5)
+    men = [sample_artist(rng, {"gender": 1.0, "age": 0.3}) for _ in range(600)]
+    joined = [man.moustache != "none" for man in men if man.beard in JOINED]
+    assert np.mean(joined) > 0.9
+    bare = np.mean([(man.beard, man.moustache) == ("none", "none") for man in men])
+    assert 0.45 < bare < 0.6
 
 
 # --- artists ---
