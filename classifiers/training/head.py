@@ -53,6 +53,7 @@ KEPT = 2  # blocks of the trunk that stay as they are, which saves two fifths of
 HELD_OUT = 512  # looks, the first ones
 PAGES = (256, 448)  # px, the sides of pages
 CONTOURS, HAIRED = 0.5, 0.85  # of the pages, those drawn by contours, and those with hair of these
+WORN = 0.4, 6.0  # of the pages, those on which beards and hats are commoner, and how much
 CLOTHED = 0.4  # of the pages, those with clothes that are inked as hair is
 SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
@@ -70,9 +71,9 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
     rng = np.random.default_rng([seed, index, 11])
     engine = "contours" if rng.random() < CONTOURS else "conventions"
     scheme = "people" if engine == "contours" or rng.random() < 0.6 else "sparse"
-    drawing, record = make_sample(
-        seed, index, int(rng.integers(*PAGES)), scheme, engine, hair=HAIRED
-    )
+    size = int(rng.integers(*PAGES))
+    worn = WORN[1] if np.random.default_rng([seed, index, 13]).random() < WORN[0] else 1.0
+    drawing, record = make_sample(seed, index, size, scheme, engine, hair=HAIRED, worn=worn)
     places = record.get("drawn_landmarks", record["landmarks"])
     outlines = Outlines.of(record)
     count = len(LANDMARKS)

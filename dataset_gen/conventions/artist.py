@@ -266,11 +266,15 @@ def _is(name: str, stem: str) -> bool:
 
 
 def sample_artist(
-    rng: np.random.Generator, identity: Mapping[str, float], manner: str | None = None
+    rng: np.random.Generator,
+    identity: Mapping[str, float],
+    manner: str | None = None,
+    worn: float = 1.0,
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
     manner : of MANNERS, else by their odds. Raises InputError for another name.
+    worn : times as often as usual somebody has a beard, a moustache or a hat rather than none
     """
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
@@ -295,7 +299,7 @@ def sample_artist(
     for cut in ("bald", "rim"):
         cuts[cut] *= 0.4 + 1.5 * old
     bearded = rng.random() < np.clip(1.6 * man - 0.8, 0, 1) and age > BEARDLESS
-    beard, moustache = _grown(rng) if bearded else ("none", "none")
+    beard, moustache = _grown(rng, worn) if bearded else ("none", "none")
     # How much is exaggerated: a portrait hardly, a cartoon much.
     much, big = MUCH[manner], BIG[manner]
 
@@ -314,7 +318,7 @@ def sample_artist(
     return Artist(
         manner=manner, **chosen, cut=cut,
         beard=beard, moustache=moustache,
-        glasses=lot(rng, GLASSES), hat=lot(rng, HATS),
+        glasses=lot(rng, GLASSES), hat=lot(rng, _more(HATS, worn)),
         bares=bool(rng.random() < BARES), freckles=bool(rng.random() < 0.04),
         earring=bool(rng.random() < 0.1 * (1 - man) + 0.01),
         bold=within(*BOLD[manner], 3), loose=round(LOOSE[manner] * within(0.1, 1.0, 3), 5),
@@ -332,14 +336,19 @@ def sample_artist(
     )  # fmt: skip
 
 
-def _grown(rng: np.random.Generator) -> tuple[str, str]:
+def _grown(rng: np.random.Generator, worn: float) -> tuple[str, str]:
     """A man's beard and moustache, either of which may be none."""
-    beard, moustache = lot(rng, BEARDS), lot(rng, MOUSTACHES)
+    beard, moustache = (lot(rng, _more(table, worn)) for table in (BEARDS, MOUSTACHES))
     if beard in JOINED and moustache == "none":
         moustache = lot(rng, {**MOUSTACHES, "none": 0.1})
     if moustache != "none" and beard in FITTING and rng.random() < FITS:
         moustache = lot(rng, {name: MOUSTACHES[name] for name in FITTING[beard]})
     return beard, moustache
+
+
+def _more(odds: Mapping[str, float], times: float) -> dict[str, float]:
+    """Odds of which `none` is so many times as rare."""
+    return {**odds, "none": odds["none"] / times}
 
 
 def _of_sex(man: float, factors: tuple[float, float]) -> float:

@@ -416,7 +416,7 @@ def test_the_same_faces_as_by_contours():
 
 
 def test_strokes_and_kinds_are_stored():
-    _, meta = make_sample(6, 1, engine="conventions", strokes=True)
+    _, meta = make_sample(6, 2, engine="conventions", strokes=True)
     kinds = {stroke["kind"] for stroke in meta["strokes"]}
     assert {"jaw", "nose", "mouth"} <= set(meta["kinds"])
     assert kinds - {"hatch", "construction"} <= set(meta["kinds"])
