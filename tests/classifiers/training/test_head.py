@@ -34,7 +34,8 @@ def test_looks_tell_what_lies_where():
     face, hair, _, hat = (found[:, k] for k in range(len(REGIONS)))
     assert face.any(axis=(1, 2)).all() and not (face & hair).any()
     assert 0.5 < hair.any(axis=(1, 2)).mean() < 1
-    assert not (hat & ~hair).any()  # a hat counts as the hair that it hides
+    # A hat counts as the hair that it hides, a band or a wreath on hair does not.
+    assert (hat & ~hair).sum() < 0.25 * hat.sum()
 
 
 def test_the_loss_is_least_at_the_truth_and_ignores_what_is_not_told():
