@@ -34,6 +34,11 @@ SIZE = 160
 """Pixels to a side of the crop."""
 CELLS = 80
 """Cells to a side of the answer."""
+FARTHER, HIGHER = 1.3, 0.12
+"""How much larger the crop is in which tall hair or a tall hat is looked at again, and how much
+higher, of the first crop's side."""
+TALL = 4
+"""Cells of the uppermost row that are hair or hat, from which on there may be more above."""
 WHO = ("gender", "age")
 """Of identity, what hair and beard tell as well as the face."""
 
@@ -67,11 +72,24 @@ class HeadReader:
         """The head of a face with these landmarks on a page of ink (h, w), in its pixels: the mean
         of a crop's answer and of its mirror image's, mirrored back."""
         box = head_box(landmarks, turn)
+        mask, person = self._look(page, box)
+        worn = mask.shares[[REGIONS.index(name) for name in ("hair", "hat")], 0].max(axis=0) > 0.5
+        u = (np.arange(CELLS) + 0.5) / CELLS
+        above = box.to_pixels(np.stack([u, np.zeros(CELLS)], axis=1))
+        on_page = ((above > 0) & (above < page.shape[::-1])).all(axis=1)
+        if (worn & on_page).sum() >= TALL:
+            middle = box.to_pixels(np.array([[0.5, 0.5 - HIGHER]]))[0]
+            far, _ = self._look(page, Box.square(middle, FARTHER * box.width, turn))
+            mask = mask.amid(far, round(FARTHER * CELLS))
+        return Head(mask, person)
+
+    def _look(self, page: Floats, box: Box) -> tuple[Mask, NDArray[np.float64]]:
+        """What a square of the page shows, and who."""
         crop = even_ink(area_resample(page, box, SIZE))
         both = np.stack([crop, crop[:, ::-1]])[:, None]
         logits, who = self._session.run(["regions", "who"], {"ink": both})
         mask = Mask(box, sigmoid((logits[0] + logits[1, :, :, ::-1]) / 2))
-        return Head(mask, who.mean(axis=0).astype(float))
+        return mask, who.mean(axis=0).astype(float)
 
 
 def head_reader(folder: Path, threads: int) -> HeadReader | None:

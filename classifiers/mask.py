@@ -46,6 +46,20 @@ class Mask:
             + shares[below, column] * (1 - a) * b + shares[below, right] * a * b
         )  # fmt: skip
 
+    def amid(self, wider: Mask, cells: int) -> Mask:
+        """This mask where it tells, and around it another one: over the box of that, in so many
+        cells to a side."""
+        middles = (np.arange(cells) + 0.5) / cells
+        grid = np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2)
+        points = wider.box.to_pixels(grid)
+        own = self.box.to_units(points)
+        inside = ((own > 0) & (own < 1)).all(axis=1)
+        shares = [
+            np.where(inside, self.at(name, points), wider.at(name, points)).reshape(cells, cells)
+            for name in REGIONS[: len(self.shares)]
+        ]
+        return Mask(wider.box, np.stack(shares))
+
     def agreed(self, other: Mask, region: str, weight: float = 0.5) -> Mask:
         """The same, with a region as probable as this mask and another one say on average: of
         log-odds, that is by what each is sure of.

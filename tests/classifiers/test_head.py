@@ -10,7 +10,8 @@ import pytest
 from PIL import Image, ImageDraw
 
 from classifiers import load_detector
-from classifiers.head import LOWER, NAME, SIDE, head_box, head_reader
+from classifiers.head import CELLS, LOWER, NAME, SIDE, SIZE, HeadReader, head_box, head_reader
+from classifiers.labels import REGIONS
 from classifiers.mouth import NAME as MOUTH_NAME
 from classifiers.mouth import mouth_reader
 from classifiers.preprocess import as_page, bounding_landmarks, points_of
@@ -91,6 +92,34 @@ def test_a_mirrored_page_gives_the_mirrored_answer():
     shares = flipped.mask.shares[:, :, ::-1]
     assert shares == pytest.approx(plain.mask.shares, abs=0.02)
     assert flipped.person == pytest.approx(plain.person, abs=0.01)
+
+
+class Everywhere:
+    """A network to which whatever is inked is hair, and all else nothing."""
+
+    def run(self, names, inputs):
+        ink = inputs["ink"][:, 0].reshape(-1, CELLS, SIZE // CELLS, CELLS, SIZE // CELLS)
+        logits = np.full((len(ink), len(REGIONS), CELLS, CELLS), -9.0)
+        logits[:, REGIONS.index("hair")] = np.where(ink.mean(axis=(2, 4)) > 0.5, 9.0, -9.0)
+        return logits, np.zeros((len(ink), 2, 2))
+
+
+def test_hair_that_goes_on_above_is_looked_at_from_farther_off():
+    marks = {name: (u + 150, v + 150) for name, (u, v) in neutral_marks().items()}
+    box = head_box(marks)
+    height, width = (int(s) for s in np.add(box.to_pixels(np.array([[1, 1]]))[0][::-1], 80))
+    page = np.zeros((height, width), np.float32)
+    reader = HeadReader(Everywhere())
+    low, high = int(box.top + 0.1 * box.height), int(box.top - 0.15 * box.height)
+    left, right = (int(box.left + share * box.width) for share in (0.4, 0.6))
+    page[low : low + 90, left:right] = 1
+    assert high > 0 and reader.read(page, marks, 0.0).mask.box == box
+    page[high : low + 90, left:right] = 1
+    mask = reader.read(page, marks, 0.0).mask
+    v = np.arange(high + 8.0, low + 80.0)
+    column = np.stack([np.full(len(v), (left + right) / 2), v], axis=1)
+    assert mask.box.height > box.height and (mask.at("hair", column) > 0.5).all()
+    assert mask.at("hair", column - (0, 60))[0] < 0.5
 
 
 @pytest.mark.parametrize(("name", "reader"), [(NAME, head_reader), (MOUTH_NAME, mouth_reader)])
