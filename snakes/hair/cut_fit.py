@@ -24,6 +24,7 @@ from facs_rig.hair.shell import shell_on
 
 from .combed import combed
 from .gathered import gathered
+from .hem import hem
 from .region import PageHair
 from .sight import Outline, Sight, bilinear
 from .steady import steadiest
@@ -32,6 +33,7 @@ __all__ = ["fit_cut"]
 
 STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
+HEMS = 3
 ROUNDS = 3
 """How often the surface is held against the region."""
 HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
@@ -120,6 +122,10 @@ def fit_cut(
         if rim is None:
             edge, falls = _edges(sight, outline, hangs, thick)
         cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
+    if hangs:
+        for _ in range(HEMS):
+            edge = hem(sight, shell_on(head, cut), edge)
+            cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
     cut = replace(cut, balls=gathered(sight, cut))
     if hangs or top is not None or cut.balls or cut.curl:
         return cut
