@@ -4,7 +4,7 @@ Two things of a cut can be read off a region: how far down hair covers the head 
 sees it, one azimuth after another, and how far it stands off where it ends against the page.
 What no line says goes on smoothly from there (a membrane: Laplace's equation with what was measured
 as soft constraints), alike on both sides. The surface that comes of it is held against the region
-again a few times, as one registers surfaces by their outlines.
+again a few times, as one registers surfaces by their outlines, and by their ends (`hem`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,8 @@ __all__ = ["fit_cut"]
 
 STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
-HEMS = 3
-ROUNDS = 3
-"""How often the surface is held against the region."""
+ROUNDS, HEMS = 3, 3
+"""How often the surface is held against the region, and how often the end of hair that hangs."""
 HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
 """At which hair is looked for."""
 NOWHERE = np.zeros(AZIMUTHS, dtype=bool)

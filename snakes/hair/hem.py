@@ -21,8 +21,8 @@ COLUMN, COLUMNS = 0.007, 80
 MOST = 0.5
 """Height by which one round changes an edge at most."""
 FALLEN = -0.2
-"""Height below which an edge is a hem: higher up it is a fringe's or a hairline, which is seen from in
-front."""
+"""Height below which an edge is a hem: higher up it is a fringe's or a hairline's, which is seen
+from in front."""
 SMOOTH = 4.0
 """How strongly neighbours go together, where a column says one."""
 
