@@ -33,7 +33,7 @@ __all__ = ["fit_cut"]
 
 STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
-ROUNDS, HEMS = 3, 3
+ROUNDS, HEMS = 3, 2
 """How often the surface is held against the region, and how often the end of hair that hangs."""
 HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
 """At which hair is looked for."""

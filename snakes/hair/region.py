@@ -26,8 +26,8 @@ from ..lines import HEAD
 from .texture import Strokes, parting, strokes_in, texture_of, tone_of, waves_in
 
 __all__ = [
-    "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds",
-    "page_hair", "spread", "theirs",
+    "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds", "page_hair",
+    "spread", "theirs",
 ]  # fmt: skip
 
 At = Callable[[str, NDArray[np.float64]], NDArray[np.float64]]
@@ -48,8 +48,7 @@ TONED, TONED_BEARD, MOST_TONED = 0.5, 1.0, 3.0
 """Weight of what tones say of hair and of beards, and the largest log-likelihood ratio that they
 count for."""
 LEANS = 0.4
-"""Log-odds that hair is given besides: where a network doubts between hair and none, the overlap is
-larger on average if it is hair."""
+"""Log-odds that hair is given besides: the overlap is larger if what is doubtful is hair."""
 FAR, FARTHER, BESIDE = 0.26, 0.10, 3.0
 """Heads beside a head from which on hair is unlikely, and in how many more it has lost so much."""
 STRENGTH, STOPS, UNSURE, SWEEPS = 30.0, 25.0, 0.05, 40

@@ -191,13 +191,14 @@ class Sight:
         return at, np.where(y >= 0, np.hypot(x, y), np.abs(x))
 
     def outline_of_region(self) -> Outline:
-        """How far the hair on the page reaches."""
+        """How far the hair on the page reaches: to the middles of its outermost cells, since what a
+        drawing's region ends with is half of a line's width too much."""
         hair = self.page.hair
         v, u = np.nonzero(hair)
         at, away = self._polar(np.stack([u, v], axis=1).astype(float))
         edge = (u == 0) | (v == 0) | (u == hair.shape[1] - 1) | (v == hair.shape[0] - 1)
         far = np.full(RAYS + 2 * LEVELS + 1, -np.inf)
-        np.maximum.at(far, at, away + 0.5 / self.unit)
+        np.maximum.at(far, at, away)
         cut = np.zeros(len(far), dtype=bool)
         cut[at[edge]] = True
         return Outline(far[:-1], cut[:-1])
