@@ -19,6 +19,7 @@ from scipy import ndimage
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.beard.beard import Beard
 from facs_rig.beard.chart import ALONG, COLUMNS, ROWS, UP, on_chart, roots_of
+from facs_rig.beard.growth import growth
 from facs_rig.beard.presets import preset
 
 from . import beard_seen, beard_weights
@@ -84,7 +85,7 @@ def fit_beard(
     if bearded:
         length += _reach(beard_seen.below(seen, ink, at, page))
     found = Beard(cover, length, moustache=_moustache(base, bearded) if hairy else 0.0)
-    where = _where(found, seen, page)
+    where = _where(found, seen, page, rig)
     strokes = strokes_in(ink, where, CELLS)
     curly = where.any() and texture_of(ink, where, strokes, CELLS) == "curls"
     tone = tone_of(ink, where) if where.any() else 0.75
@@ -98,8 +99,7 @@ def with_beard(
 ) -> PageHair:
     """The page of hair with the cells that a beard takes."""
     cells, _ = beard_seen.places_on(page, rig, vertices, camera)
-    roots = roots_of(rig)
-    cover = on_chart(beard.cover, roots.place[:PLACES])
+    cover = _cover_at_places(beard, rig)
     return replace(page, beard=_filled(cells[cover > 0.5], page) & ~page.hair)
 
 
@@ -152,10 +152,16 @@ def _moustache(base: float, bearded: bool) -> float:
     return base
 
 
-def _where(beard: Beard, seen: Seen, page: PageHair) -> NDArray[np.bool_]:
+def _where(beard: Beard, seen: Seen, page: PageHair, rig: FaceRig) -> NDArray[np.bool_]:
     """(h, w) cells of the page where a beard grows out of the skin."""
-    cover = on_chart(beard.cover, seen.place)
+    cover = _cover_at_places(beard, rig)
     return _filled(seen.cells[(cover > 0.5) & seen.shown], page)
+
+
+def _cover_at_places(beard: Beard, rig: FaceRig) -> NDArray[np.float64]:
+    """(PLACES,) how thick a beard grows at the places that are looked at."""
+    roots = roots_of(rig)
+    return growth(beard, roots.place[:PLACES], roots.lip[:PLACES], roots.above[:PLACES]).cover
 
 
 def _filled(cells: NDArray, page: PageHair, gap: int = 2) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from scipy import ndimage
 from facs_rig import Camera, FaceRig, landmark_points
 from facs_rig.beard.chart import COLUMNS, ROWS, on_chart, roots_of, weights_at
 from facs_rig.beard.follow import axes_of
-from facs_rig.beard.presets import FULL, UNDER, preset, rimmed
+from facs_rig.beard.presets import FULL, UNDER, rimmed
 from facs_rig.common.images import area_resample
 
 from .region import At, PageHair
@@ -50,7 +50,7 @@ BELOW, STEP = 0.16, 0.004
 """Metres below the jaw where a beard is looked for, and from one place to the next."""
 TEMPLATES = (
     rimmed(FULL, UNDER),
-    preset("goatee").cover,
+    rimmed(((0, 61), (0.22, 60), (0.3, 46), (0.36, -45)), ((0, -16), (0.3, -10))),
     rimmed(((0, 61), (0.22, 60), (0.34, 50), (0.5, 30), (0.58, -45)), UNDER),
     rimmed(((0, 61), (0.22, 60), (0.34, 40), (0.5, 24), (0.7, 18), (0.92, 18)), UNDER),
 )
