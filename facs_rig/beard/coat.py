@@ -19,10 +19,10 @@ from .chart import _anchors, _over_mouth, chart_of
 from .growth import growth
 from .lip import lip_places, rim_of
 
-COVERED = (0.3, 0.8)
+COVERED = (0.45, 0.85)
 """How thick a beard grows where its coat is deepest in the skin, and where it comes out of it: well
 inside, where hairs hide its rim."""
-LEAST = (0.006, 0.010)
+LEAST = (0.008, 0.018)
 """Metres of hairs up to which skin is meant to be seen between them, and from which on not."""
 THICK, SUNK = 0.12, 0.0015
 """Share of the hairs' length that a coat stands off, and metres that its edge lies in the skin."""

@@ -22,13 +22,15 @@ STEPS = ((0.006, 1), (0.03, 3), (np.inf, 5))
 WIDE = (
     (0.0, 0.0005),
     (0.003, 0.0006),
-    (0.008, 0.0012),
+    (0.008, 0.0014),
     (0.02, 0.002),
     (0.06, 0.0035),
     (0.2, 0.006),
 )
 """Length and width of a hair, metres, of a beard of USUAL triangles: of fewer they are wider."""
 USUAL, WIDER = 9_000, (0.8, 1.5)
+DENSE = 0.4
+"""How much denser hairs are where they are shorter: 0 not, 1 so that they cover the same."""
 BUSHY, LEAST_WIDE = 0.25, 0.2
 """Share of the triangles that a moustache may have in any case, and share of the widest hair's
 width that all have."""
@@ -38,6 +40,11 @@ FREE = 0.0004
 """Metres that a hair keeps off the skin at least."""
 TIPS, PAST = 0.0006, 0.002
 """Metres over the upper lip's rim at which a moustache ends, and past the corner to which."""
+POINT, PAST_CORNER = (0.85, 0.5), (0.9, 1.15)
+"""The way aside and down of a moustache's ends, and halves of the mouth's width between which its
+hairs come to go that way."""
+ASKEW = 0.5
+"""Radians that a moustache's hairs lean otherwise than usual at most."""
 FLAT = 0.7
 """How far a moustache's hairs stand off, as a share of what a beard's do."""
 ARCHED = 0.8
@@ -86,15 +93,17 @@ def hairs(rig: FaceRig, vertices: NDArray, beard: Beard, triangles: float) -> Ha
     kept = np.flatnonzero((cover > 0.2 + 0.6 * thin) & (length > 0.0004))
     if lanes == 1:
         kept = kept[kept < ROOTS]  # stubble is as dense everywhere
-    kept = _room_for(kept, over, max(int(triangles // each), 1))
+    kept = _room_for(kept, over, length, max(int(triangles // each), 1))
     if not len(kept):
         return None
     length, over = length[kept], over[kept]
     spread = rng.uniform(-1, 1, (3, len(roots.place)))[:, kept]
     length = length * (1 + 0.25 * spread[0])
     base, out, flow = frames(rig, vertices, roots, kept)
+    flow = _pointed(flow, out, base, np.where(over, roots.lip[kept, 0], 0))
     if beard.lean.any():
         turn = _leans(beard, roots, kept)[:, None]
+        turn = np.where(over[:, None], np.clip(turn, -ASKEW, ASKEW), turn)
         flow = np.cos(turn) * flow + np.sin(turn) * np.cross(out, flow)
     middle = _paths(base, out, flow, length, steps, beard, spread, over)
     middle = _off_the_lips(rig, vertices, middle, over)
@@ -103,11 +112,27 @@ def hairs(rig: FaceRig, vertices: NDArray, beard: Beard, triangles: float) -> Ha
     return _ribbons(middle, out, length, wider, lanes, roots, kept, rng)
 
 
-def _room_for(kept: NDArray, over: NDArray, count: int) -> NDArray[np.intp]:
-    """As many of some roots as there is room for, moustache and beard each thinned out evenly."""
+def _room_for(
+    kept: NDArray, over: NDArray, length: NDArray, count: int
+) -> NDArray[np.intp]:  # fmt: skip
+    """As many of some roots as there is room for: moustache and beard each evenly, but the shorter
+    hairs are, the denser, so that they cover as much."""
     mine, others = kept[over[kept]], kept[~over[kept]]
     few = min(len(mine), max(round(BUSHY * count), count - len(others)))
-    return np.sort(np.concatenate([mine[:few], others[: count - few]]))
+    dense = np.maximum(length[others], SHORT) ** -DENSE
+    first = np.argsort(np.arange(len(others)) / dense, kind="stable")[: count - few]
+    return np.sort(np.concatenate([mine[:few], others[first]]))
+
+
+def _pointed(flow: NDArray, out: NDArray, base: NDArray, across: NDArray) -> NDArray[np.float64]:
+    """The ways of hairs (k, 3), those past the mouth's corners turned along a moustache's ends.
+
+    across : (k,) halves of the mouth's width from the middle, 0 of what is no moustache
+    """
+    way = np.where(base[:, :1] < 0, -1, 1) * np.array([POINT[0], 0, 0]) - [0, POINT[1], 0]
+    way = way - np.einsum("kd,kd->k", way, out)[:, None] * out
+    share = np.clip((across - PAST_CORNER[0]) / (PAST_CORNER[1] - PAST_CORNER[0]), 0, 1)[:, None]
+    return _unit((1 - share) * flow + share * _unit(way))
 
 
 def _leans(beard: Beard, roots: Roots, kept: NDArray) -> NDArray[np.float64]:
