@@ -114,6 +114,7 @@ def make_sample(
     identity: Mapping[str, float] | None = None,
     aus: Mapping[str, float] | None = None,
     hair: float = HAIRED,
+    grins: float | None = None,
 ) -> tuple[NDArray[np.uint8], dict]:
     """Picture (size, size) uint8 and the dictionary of everything that made sample `index`.
 
@@ -122,10 +123,11 @@ def make_sample(
     identity, aus : who is drawn and what it does, else by lot
     hair : share of faces that wear a head of hair (of `people` and `felt`, not by conventions);
     with 0 some have one of the four old heads of hair
+    grins : share of artists who draw open mouths as comics do, else as is usual in their manner
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
-    draw, drawable = _engine(engine, haired(hair, scheme, engine))
+    draw, drawable = _engine(engine, haired(hair, scheme, engine), grins)
     sample = sample_face(rig, rng, size, scheme, drawable, identity, aus)
     vertices = rig.pose(sample.parameters)
     drawn = draw(rig, vertices, sample, second_rng(seed, index))
@@ -176,13 +178,15 @@ def _named(page: Page, places: NDArray) -> dict[str, list[float]]:
 Draw = Callable[[FaceRig, NDArray, Sample, np.random.Generator], Drawn]
 
 
-def _engine(name: str, hair: float = 0.0) -> tuple[Draw, tuple[str, ...]]:
+def _engine(
+    name: str, hair: float = 0.0, grins: float | None = None
+) -> tuple[Draw, tuple[str, ...]]:
     """What draws a sample, and the kinds of lines it knows; InputError if it cannot draw here.
 
-    hair : share of faces that wear a head of hair
+    hair : share of faces that wear a head of hair      grins : as `make_sample` has it
     """
     if name == "conventions":
-        return _by_convention, KINDS  # the same faces as by contours
+        return partial(_by_convention, grins), KINDS  # the same faces as by contours
     if name == "freestyle":
         from . import freestyle
 
@@ -258,10 +262,10 @@ def _roomy(camera: Camera, worn: Worn, rng: np.random.Generator) -> Camera:
 
 
 def _by_convention(
-    rig: FaceRig, vertices: NDArray, sample: Sample, rng: np.random.Generator
+    grins: float | None, rig: FaceRig, vertices: NDArray, sample: Sample, rng: np.random.Generator
 ) -> Drawn:
     """By an artist, drawn by lot from an rng of its own."""
-    artist = sample_artist(rng, sample.parameters.identity)
+    artist = sample_artist(rng, sample.parameters.identity, grins=grins)
     camera, style = zoomed(sample.camera, artist.room), artist.styled(sample.style)
     lines, places, regions = draw_by_convention(
         rig, vertices, camera, sample.parameters, artist, style.width, rng

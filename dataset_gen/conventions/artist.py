@@ -6,6 +6,7 @@ then one borrows from another manner. What a convention cannot show is told (`hi
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -117,6 +118,14 @@ HATS = {
     "flat": 0.15,
 }
 
+# Mouths that comics draw as one bold shape, larger than the sitter's own: how often open ones are,
+# and by which. Their width in widths of the sitter's, their height in their own width, how far they
+# are shifted aside, in the same, their tilt in radians, and the factor of the pen's width.
+GRINNING = {"portrait": 0.0, "comic": 0.2, "cartoon": 0.35, "naive": 0.1}
+GRINS = {"none": 0.0, "oval": 1.0, "box": 1.2, "bean": 1.0, "trapezoid": 0.8, "crescent": 1.0}
+GRIN_WIDE, GRIN_TALL, GRIN_ASIDE, GRIN_TILT = (0.85, 1.9), (0.26, 0.7), 0.12, 0.06
+GRIN_BOLD = (0.8, 2.6)
+
 # Controls whose names begin so cannot be seen where a feature is drawn by this convention.
 HIDES: dict[tuple[str, str], tuple[str, ...]] = {
     ("eye", "dot"): ("squint", "lid_raise"),
@@ -152,6 +161,7 @@ class Artist:
     overdo : how many times as far as the face's own its brows and mouth go in an expression
     level : how much of their slope brows at rest are drawn without
     bares : whether who smiles or stretches the mouth shows clenched teeth
+    grin : of GRINS, by which shape open mouths are drawn; the rest of it: see GRINNING
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
     """
@@ -182,6 +192,12 @@ class Artist:
     hat: str = "none"
     freckles: bool = False
     bares: bool = False
+    grin: str = "none"
+    grin_wide: float = 1.2
+    grin_tall: float = 0.4
+    grin_aside: float = 0.0
+    grin_tilt: float = 0.0
+    grin_bold: float = 1.0
     earring: bool = False
     bold: float = 1.0
     loose: float = 0.0
@@ -243,7 +259,7 @@ class Artist:
 
 
 EXTRAS: dict[str, Mapping] = {"cut": CUTS, "beard": BEARDS, "moustache": MOUSTACHES,
-                              "glasses": GLASSES, "hat": HATS}  # fmt: skip
+                              "glasses": GLASSES, "hat": HATS, "grin": GRINS}  # fmt: skip
 
 
 def _is(name: str, stem: str) -> bool:
@@ -252,11 +268,15 @@ def _is(name: str, stem: str) -> bool:
 
 
 def sample_artist(
-    rng: np.random.Generator, identity: Mapping[str, float], manner: str | None = None
+    rng: np.random.Generator,
+    identity: Mapping[str, float],
+    manner: str | None = None,
+    grins: float | None = None,
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
     manner : of MANNERS, else by their odds. Raises InputError for another name.
+    grins : how many draw open mouths as one bold shape, else as many as are usual in their manner
     """
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
@@ -295,7 +315,7 @@ def sample_artist(
 
     cut = _lot(rng, cuts)
     reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
-    return Artist(
+    artist = Artist(
         manner=manner, **chosen, cut=cut,
         beard=_lot(rng, BEARDS) if bearded else "none",
         moustache=_lot(rng, MOUSTACHES) if bearded else "none",
@@ -315,6 +335,21 @@ def sample_artist(
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
+    return _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
+
+
+def _grinning(artist: Artist, rng: np.random.Generator, share: float) -> Artist:
+    """The artist, which so many of are given a shape for open mouths; not over a beard's lines."""
+    # By a generator of its own, so that all others draw as they did.
+    own = np.random.default_rng(copy.deepcopy(rng).integers(2**63))
+    if own.random() >= share or (artist.beard, artist.moustache) != ("none", "none"):
+        return artist
+    wide, tall, bold = (
+        round(float(own.uniform(*of)), 3) for of in (GRIN_WIDE, GRIN_TALL, GRIN_BOLD)
+    )
+    aside, tilt = (round(float(of * own.normal()), 4) for of in (GRIN_ASIDE / 2, GRIN_TILT))
+    return replace(artist, grin=_lot(own, GRINS), grin_wide=wide, grin_tall=tall, grin_aside=aside,
+                   grin_tilt=tilt, grin_bold=bold)  # fmt: skip
 
 
 def _of_sex(man: float, factors: tuple[float, float]) -> float:
