@@ -42,13 +42,15 @@ HELD = 0.4
 PARTED = 0.15
 """Of that height, how far apart the rims must have been found: dark lips are filled, too."""
 
+WIDE = 0.25
+"""Of the mouth's width: rims that are so far apart are those of no mouth that is drawn shut."""
 BESIDE_RIMS = 0.2
 """Of the height between the rims: what lies so near one of them may be the rim."""
 
 
 def without_teeth(drawn: Lines, observed: Observations) -> Lines:
-    """The lines of a drawing without those well between the rims of a mouth that is drawn open:
-    they are of teeth and tongue, and no lip is to lie on them."""
+    """The lines of a drawing without those well between the rims of a mouth that is drawn wide
+    open: they are of teeth and tongue, and no lip is to lie on them."""
     marks = observed.landmarks
     names = (*CORNERS, *sum(RIMS, ()))
     if not observed.gap or not len(drawn.points) or not set(names) <= set(marks):
@@ -57,6 +59,9 @@ def without_teeth(drawn: Lines, observed: Observations) -> Lines:
     width = max(float(np.hypot(*(left - right))), 1e-9)
     across = (left - right) / width
     down = np.array([-across[1], across[0]])
+    gaps = [np.subtract(marks[lower], marks[upper]) @ down for upper, lower in RIMS]
+    if np.mean(gaps) < WIDE * width:
+        return drawn
     at, high = (drawn.points - right) @ across, (drawn.points - right) @ down
     rims = []
     for edge in (0, 1):

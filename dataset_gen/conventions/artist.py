@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -283,7 +284,7 @@ def sample_artist(
     order = tuple(MANNERS)
     manner = manner or _lot(rng, MANNERS)
     man = float(identity.get("gender", 0.5))
-    chosen = {}
+    chosen: dict[str, Any] = {}
     for name, table in CONVENTIONS.items():
         of = order.index(manner if rng.random() > BORROWS else _lot(rng, MANNERS))
         telling = TELLING.get(name, {})

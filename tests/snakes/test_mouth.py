@@ -108,6 +108,8 @@ def test_teeth_are_no_lines_of_the_lips(turn):
     assert stays[0].all() and stays[2].all()
     assert not stays[1][np.abs(u) < 40].any() and stays[1][np.abs(u) > 50].all()
     assert without_teeth(drawn, replace(observed, gap=None)) is drawn
+    narrow = replace(mouth(turn, apart=1.5), gap=0.01)  # a line there may be that of shut lips
+    assert without_teeth(drawn, narrow) is drawn
 
 
 NOTHING = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
