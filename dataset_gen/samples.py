@@ -6,14 +6,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceRig, load_rig
+from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, FaceRig, load_rig
 from facs_rig.common.errors import InputError
 
-from .conventions import draw_by_convention, face_outline, sample_artist, zoomed
+from .conventions import Artist, draw_by_convention, face_outline, sample_artist, zoomed
+from .conventions.mouth import Mouth
+from .conventions.sitter import sit
 from .hair_area import Area, area_of, fill
 from .hair_lines import hair_lines
 from .hair_worn import Worn, wear
@@ -165,6 +168,15 @@ def make_sample(
     if strokes:
         meta["strokes"] = stroke_lists(page.strokes, step=STROKE_STEP)
     return page.picture, meta
+
+
+def clenched(record: Mapping[str, Any]) -> bool:
+    """Whether the mouth of a sample by conventions is drawn open with teeth that meet."""
+    rig, artist, view = load_rig(), Artist.from_json(record["artist"]), record["camera"]
+    face = FaceParameters.from_json(record)
+    camera = Camera(view["width"], view["height"], view["scale"], view["centre"],
+                    view["distance"] or math.inf)  # fmt: skip
+    return Mouth(sit(rig, rig.pose(face), camera, face, artist), artist).clenched
 
 
 def _named(page: Page, places: NDArray) -> dict[str, list[float]]:

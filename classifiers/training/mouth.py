@@ -30,12 +30,10 @@ from onnx import numpy_helper
 from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812
 
-from dataset_gen.conventions.artist import Artist
-from dataset_gen.conventions.mouth import Mouth
-from dataset_gen.conventions.sitter import sit
 from dataset_gen.generate import make_sample
+from dataset_gen.samples import clenched
 from dataset_gen.sampling import sample_actions
-from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
+from facs_rig import LANDMARKS
 from facs_rig.common.images import area_resample
 
 from ..mouth import MIRROR, MOUTH, NAME, OPEN, RIMS, SIDE, SIZE, mouth_box, opening
@@ -106,8 +104,8 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
         crops.append(np.rint(255 * even_ink(small)).astype(np.uint8))
         places.append(crop.to_units(mouth).astype(np.float32))
         opened.append(float(opening(mouth)) * SIDE / own.width)
-    clenched = np.full(LOOKS, meeting(record), np.float32)
-    return np.stack(crops), np.stack(places), np.array(opened, np.float32), clenched
+    meets = np.full(LOOKS, meeting(record), np.float32)
+    return np.stack(crops), np.stack(places), np.array(opened, np.float32), meets
 
 
 def meeting(record: Mapping[str, Any]) -> float:
@@ -118,11 +116,7 @@ def meeting(record: Mapping[str, Any]) -> float:
         return 0.0
     if record["engine"] != "conventions":
         return 1.0 if jaw < PARTED[0] else np.nan
-    rig, artist, view = load_rig(), Artist.from_json(record["artist"]), record["camera"]
-    face = FaceParameters.from_json(record)
-    camera = Camera(view["width"], view["height"], view["scale"], view["centre"],
-                    view["distance"] or np.inf)  # fmt: skip
-    return 1.0 if Mouth(sit(rig, rig.pose(face), camera, face, artist), artist).clenched else np.nan
+    return 1.0 if clenched(record) else np.nan
 
 
 def pages(seed: int, indices: range) -> tuple[NDArray, ...]:

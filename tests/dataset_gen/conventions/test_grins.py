@@ -9,6 +9,7 @@ from dataset_gen import STYLES, ink
 from dataset_gen.conventions import draw_by_convention, sample_artist
 from dataset_gen.conventions.artist import GRINS
 from dataset_gen.generate import make_sample
+from dataset_gen.samples import clenched
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from tests.dataset_gen.conventions.test_conventions import PLAIN, SIZE, drawn, points_of
 
@@ -124,3 +125,16 @@ def test_a_mouth_fits_between_nose_and_chin_of_any_face():
         _, places, _ = draw_by_convention(rig, rig.pose(face), camera, face, artist, 1.6, rng)
         assert mark(places, "nose_base")[1] < mark(places, "lip_inner_top")[1]
         assert mark(places, "lip_inner_bottom")[1] < mark(places, "chin")[1]
+
+
+def test_a_sample_tells_whether_its_teeth_meet():
+    told = {
+        name: {clenched(make_sample(8, k, 128, "sparse", "conventions", aus=aus, grins=1.0)[1])
+               for k in range(4)}
+        for name, aus in (("shout", {"jaw_open": 5.0}), ("rest", {}))
+    }  # fmt: skip
+    assert told == {"shout": {False}, "rest": {False}}
+    bared = [
+        make_sample(8, k, 128, "sparse", "conventions", aus=BARED, grins=1.0) for k in range(6)
+    ]
+    assert any(clenched(record) for _, record in bared)
