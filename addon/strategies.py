@@ -28,6 +28,8 @@ LEAST_FACE = 0.5
 # mouths are known, so that few shut ones are opened. The distance between its rims is at best told
 # with LEAST_GAP, a share of the head, else as its landmarks are.
 OPENED, LEAST_GAP = 0.6, 0.008
+MEETING = 0.5
+"""How probable it is that teeth meet in it, from which on the jaw is taken for shut."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,7 @@ def _observations(detection: Detection, scale: float) -> Observations:
         landmarks={**seen.landmarks, **mouth.landmarks},
         spreads={**spreads, **mouth.spreads},
         gap=max(LEAST_GAP, float(off) / (HEAD * scale)),
+        clenched=mouth.meets > MEETING,
     )
 
 

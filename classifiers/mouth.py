@@ -29,8 +29,11 @@ NAME = "mouth"
 MOUTH = tuple(name for name in LANDMARKS if name.startswith(("lip_", "mouth_")))
 """The landmarks that it tells."""
 MIRROR = mirror_order(MOUTH)
-SIDE = 0.52
+SIDE = 0.62
 """Of the height from chin to forehead or from jaw to jaw, whichever is more: what is looked at."""
+NEAREST, ROOM = 0.8, 1.35
+"""Of that, what is looked at again around the mouth that was found, and in mouths, where that is
+more: small ones are seen larger, and none is cut off."""
 SIZE = 80
 """Pixels to a side of the crop."""
 RIMS = (
@@ -50,11 +53,13 @@ class Mouth:
 
     landmarks : of MOUTH -> (u, v) pixels      spreads : of MOUTH -> their expected error, pixels
     opened : how probable it is that it is open, 0..1
+    meets : if it is, how probable it is that its teeth meet, so that the jaw is shut
     """
 
     landmarks: dict[str, tuple[float, float]]
     spreads: dict[str, float]
     opened: float
+    meets: float = 0.0
 
 
 def mouth_box(landmarks: Mapping[str, tuple[float, float]], turn: float = 0.0) -> Box:
@@ -74,18 +79,31 @@ class MouthReader:
     def read(
         self, page: Floats, landmarks: Mapping[str, tuple[float, float]], turn: float
     ) -> Mouth:
-        """The mouth on a page of ink (h, w), of a face with these landmarks, in its pixels."""
+        """The mouth on a page of ink (h, w), of a face with these landmarks, in its pixels: after a
+        look at where they have it, by another at where it is."""
         box = mouth_box(landmarks, turn)
-        crop = even_ink(area_resample(page, box, SIZE))
-        places, opened = self._session.run(None, {"ink": np.stack([crop, crop[:, ::-1]])[:, None]})
-        flipped = places[1, MIRROR] * (-1, 1, 1) + (1, 0, 0)
-        mean = (places[0] + flipped) / 2
-        points = box.to_pixels(mean[:, :2]).tolist()
+        found = self._look(page, box)[0][:, :2]
+        extent = float(np.ptp(found, axis=0).max())
+        side = box.width * float(np.clip(ROOM * extent, NEAREST, 1.0))
+        box = Box.square(box.to_pixels(found).mean(axis=0), side, turn)
+        places, opened, meets = self._look(page, box)
+        points = box.to_pixels(places[:, :2]).tolist()
         return Mouth(
             {name: (u, v) for name, (u, v) in zip(MOUTH, points, strict=True)},
-            dict(zip(MOUTH, (np.exp(mean[:, 2]) * box.width).tolist(), strict=True)),
-            float(sigmoid(opened.mean())),
+            dict(zip(MOUTH, (np.exp(places[:, 2]) * box.width).tolist(), strict=True)),
+            opened,
+            meets,
         )
+
+    def _look(self, page: Floats, box: Box) -> tuple[NDArray[np.float64], float, float]:
+        """Of a crop and its mirror image, landmarks (m, 3) in crop units with the log of their
+        expected error, and how probable it is that the mouth is open, and that teeth meet."""
+        crop = even_ink(area_resample(page, box, SIZE))
+        both = np.stack([crop, crop[:, ::-1]])[:, None]
+        places, opened, meets = self._session.run(None, {"ink": both})
+        flipped = places[1, MIRROR] * (-1, 1, 1) + (1, 0, 0)
+        mean = (places[0] + flipped) / 2
+        return mean, float(sigmoid(opened.mean())), float(sigmoid(meets.mean()))
 
 
 def mouth_reader(folder: Path, threads: int) -> MouthReader | None:

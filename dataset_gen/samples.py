@@ -6,14 +6,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceRig, load_rig
+from facs_rig import CONTROL_NAMES, LANDMARKS, Camera, FaceParameters, FaceRig, load_rig
 from facs_rig.common.errors import InputError
 
-from .conventions import draw_by_convention, face_outline, sample_artist, zoomed
+from .conventions import Artist, draw_by_convention, face_outline, sample_artist, zoomed
+from .conventions.mouth import Mouth
+from .conventions.sitter import sit
 from .hair_area import Area, area_of, fill
 from .hair_lines import hair_lines
 from .hair_worn import Worn, wear
@@ -115,6 +118,7 @@ def make_sample(
     aus: Mapping[str, float] | None = None,
     hair: float = HAIRED,
     worn: float = 1.0,
+    grins: float | None = None,
 ) -> tuple[NDArray[np.uint8], dict]:
     """Picture (size, size) uint8 and the dictionary of everything that made sample `index`.
 
@@ -124,10 +128,12 @@ def make_sample(
     hair : share of faces that wear a head of hair (of `people` and `felt`, not by conventions);
     with 0 some have one of the four old heads of hair
     worn : by conventions, times as often as usual somebody has a beard or a hat rather than none
+    grins : share of artists who draw open mouths as comics do, else as is usual in their manner
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
-    draw, drawable = _engine(engine, haired(hair, scheme, engine), worn)
+    artists = partial(sample_artist, worn=worn, grins=grins)
+    draw, drawable = _engine(engine, haired(hair, scheme, engine), artists)
     sample = sample_face(rig, rng, size, scheme, drawable, identity, aus)
     vertices = rig.pose(sample.parameters)
     drawn = draw(rig, vertices, sample, second_rng(seed, index))
@@ -167,6 +173,15 @@ def make_sample(
     return page.picture, meta
 
 
+def clenched(record: Mapping[str, Any]) -> bool:
+    """Whether the mouth of a sample by conventions is drawn open with teeth that meet."""
+    rig, artist, view = load_rig(), Artist.from_json(record["artist"]), record["camera"]
+    face = FaceParameters.from_json(record)
+    camera = Camera(view["width"], view["height"], view["scale"], view["centre"],
+                    view["distance"] or math.inf)  # fmt: skip
+    return Mouth(sit(rig, rig.pose(face), camera, face, artist), artist).clenched
+
+
 def _named(page: Page, places: NDArray) -> dict[str, list[float]]:
     """Landmark -> pixel of the picture, of pixels (m, 2) of the camera."""
     return {
@@ -178,13 +193,15 @@ def _named(page: Page, places: NDArray) -> dict[str, list[float]]:
 Draw = Callable[[FaceRig, NDArray, Sample, np.random.Generator], Drawn]
 
 
-def _engine(name: str, hair: float = 0.0, worn: float = 1.0) -> tuple[Draw, tuple[str, ...]]:
+def _engine(
+    name: str, hair: float = 0.0, artists: Callable[..., Artist] = sample_artist
+) -> tuple[Draw, tuple[str, ...]]:
     """What draws a sample, and the kinds of lines it knows; InputError if it cannot draw here.
 
-    hair, worn : see `make_sample`
+    hair : share of faces that wear a head of hair      artists : who draws by conventions
     """
     if name == "conventions":
-        return partial(_by_convention, worn), KINDS  # the same faces as by contours
+        return partial(_by_convention, artists), KINDS  # the same faces as by contours
     if name == "freestyle":
         from . import freestyle
 
@@ -260,10 +277,11 @@ def _roomy(camera: Camera, worn: Worn, rng: np.random.Generator) -> Camera:
 
 
 def _by_convention(
-    worn: float, rig: FaceRig, vertices: NDArray, sample: Sample, rng: np.random.Generator
-) -> Drawn:
+    artists: Callable[..., Artist], rig: FaceRig, vertices: NDArray, sample: Sample,
+    rng: np.random.Generator,
+) -> Drawn:  # fmt: skip
     """By an artist, drawn by lot from an rng of its own."""
-    artist = sample_artist(rng, sample.parameters.identity, worn=worn)
+    artist = artists(rng, sample.parameters.identity)
     camera, style = zoomed(sample.camera, artist.room), artist.styled(sample.style)
     lines, places, regions = draw_by_convention(
         rig, vertices, camera, sample.parameters, artist, style.width, rng

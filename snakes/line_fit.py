@@ -25,7 +25,7 @@ from .creases import drawn_wrinkles
 from .deltas import runs
 from .lines import HEAD, Lines, SurfaceLines, centre_lines, nearest_lines, paths
 from .model_lines import face_contours
-from .mouth import held_rims, with_rims
+from .mouth import held_rims, with_rims, without_teeth
 from .offsets import symmetrise
 from .parts import skin_smoother, unfold
 from .pull import pull_skin
@@ -93,6 +93,7 @@ def fit_lines(
     drawn = centre_lines(drawing, box)
     faces, mane = _apart(drawn, observed)
     observed = replace(with_rims(observed, faces), mane=mane.points)
+    faces = without_teeth(faces, observed)
     clock.lap("lines")
     # Where lines run is plain from fewer triangles; the skin is pulled by those of all.
     few = coarse_rig(rig)

@@ -21,7 +21,7 @@ from .pull import Held
 if TYPE_CHECKING:
     from .shape import Observations
 
-__all__ = ["held_rims", "rims_of", "with_rims"]
+__all__ = ["held_rims", "rims_of", "with_rims", "without_teeth"]
 
 COLUMNS = (
     ("lip_inner_upper_right", "lip_inner_lower_right", "lip_peak_right", "lip_lower_inner_right"),
@@ -41,6 +41,37 @@ HELD = 0.4
 """Of the error of the distance between the rims, what lines may move each of them."""
 PARTED = 0.15
 """Of that height, how far apart the rims must have been found: dark lips are filled, too."""
+
+WIDE = 0.25
+"""Of the mouth's width: rims that are so far apart are those of no mouth that is drawn shut."""
+BESIDE_RIMS = 0.2
+"""Of the height between the rims: what lies so near one of them may be the rim."""
+
+
+def without_teeth(drawn: Lines, observed: Observations) -> Lines:
+    """The lines of a drawing without those well between the rims of a mouth that is drawn wide
+    open: they are of teeth and tongue, and no lip is to lie on them."""
+    marks = observed.landmarks
+    names = (*CORNERS, *sum(RIMS, ()))
+    if not observed.gap or not len(drawn.points) or not set(names) <= set(marks):
+        return drawn
+    right, left = (np.asarray(marks[name], float) for name in CORNERS)
+    width = max(float(np.hypot(*(left - right))), 1e-9)
+    across = (left - right) / width
+    down = np.array([-across[1], across[0]])
+    gaps = [np.subtract(marks[lower], marks[upper]) @ down for upper, lower in RIMS]
+    if np.mean(gaps) < WIDE * width:
+        return drawn
+    at, high = (drawn.points - right) @ across, (drawn.points - right) @ down
+    rims = []
+    for edge in (0, 1):
+        line = np.array([[0, 0], *(np.subtract(marks[pair[edge]], right) for pair in RIMS),
+                         left - right], float)  # fmt: skip
+        rims.append(np.interp(at, line @ across, line @ down))
+    upper, lower = rims
+    beside = BESIDE_RIMS * (lower - upper)
+    inside = (at > 0) & (at < width) & (high > upper + beside) & (high < lower - beside)
+    return drawn.some(~inside)
 
 
 def with_rims(observed: Observations, drawn: Lines) -> Observations:

@@ -47,6 +47,7 @@ class Observations:
     decided : controls whose intensity the artist has said; it stays whatever the lines look like
     gap : of a mouth that is drawn open, whatever actions were detected, how far off the distance
     between its rims may be, as a share of the head; None if nobody says that it is
+    clenched : whether its teeth meet, if it is drawn open: lips open it, and the jaw is shut
     """
 
     landmarks: Mapping[str, tuple[float, float]]
@@ -57,6 +58,7 @@ class Observations:
     hair: Callable[[NDArray], NDArray] | None = None
     mane: NDArray[np.float64] | None = None
     gap: float | None = None
+    clenched: bool = False
 
 
 STEPS = (0.05, 0.025, 0.012)
@@ -93,6 +95,8 @@ OPENERS = {"jaw_open": 1.5, "lower_lip_depress": 2.0, "sneer": 1.0}
 usually is."""
 UNSEEN = 2.5
 """So many times its usual strength is the most that it may have then: networks see the rest."""
+CLENCHED = {"jaw_open": 0.3, "lower_lip_depress": 4.0, "sneer": 3.0}
+"""The same of one whose teeth meet."""
 CLOSERS = {"shrug": 2.0, "lip_lock": 2.0, "lip_tighten": 2.0}
 """What hardly goes with an open mouth: so far it may be off."""
 FAINT = 0.4
@@ -229,9 +233,13 @@ class _Guess:
     def of(cls, parameters: FaceParameters, camera: Camera, observed: Observations) -> _Guess:
         identity = WHO
         aus = {name: value for name, value in parameters.aus.items() if value}
-        doubt = {**OPENERS, **CLOSERS} if observed.gap else {}
+        doubt = {}
         if observed.gap:
-            aus = {**dict.fromkeys(OPENERS, 0.0), **aus}
+            openers = CLENCHED if observed.clenched else OPENERS
+            doubt = {**openers, **CLOSERS}
+            aus = {**dict.fromkeys(openers, 0.0), **aus}
+            if observed.clenched and "jaw_open" not in observed.decided:
+                aus["jaw_open"] = 0.0
         controls = tuple(name for name in aus if name not in observed.decided)
         head = HEAD * camera.scale[0]
         begin = np.log(camera.scale[0]), *(np.array(camera.centre) / head)
@@ -246,7 +254,7 @@ class _Guess:
         rows += [_likely(name, observed.person, bool(observed.pins)) for name in identity]
         rows += [
             (aus[name], max(doubt.get(_whole(name), 0.0), INTENSITY), 0.0,
-             MOST if aus[name] else UNSEEN * doubt[name])
+             MOST if aus[name] else min(UNSEEN * doubt[name], MOST))
             for name in controls
         ]  # fmt: skip
         likely, spread, low, high = np.array(rows).T

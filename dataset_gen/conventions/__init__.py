@@ -104,7 +104,7 @@ def draw_by_convention(
     draw_neck(canvas, sitter, artist)
     draw_clothes(canvas, sitter, artist)
     canvas.cover(neck_shape(sitter))
-    landmarks = Mouth(sitter, artist.bares).landmarks(sitter.landmarks)
+    landmarks = Mouth(sitter, artist).landmarks(sitter.landmarks)
     return canvas.strokes(), landmarks, canvas.regions
 
 

@@ -6,8 +6,10 @@ then one borrows from another manner. What a convention cannot show is told (`hi
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -123,6 +125,14 @@ HATS = {"none": 12.0, "cap": 0.32, "skullcap": 0.2, "brim": 0.27, "beanie": 0.42
         "tall": 0.15, "wrap": 0.25, "hood": 0.13, "helmet": 0.1, "flat": 0.1}  # fmt: skip
 BANDS = ("band", "headband", "wreath", "bow")  # they leave most of the hair to be seen
 
+# Mouths that comics draw as one bold shape, larger than the sitter's own: how often open ones are,
+# and by which. Their width in widths of the sitter's, their height in their own width, how far they
+# are shifted aside, in the same, their tilt in radians, and the factor of the pen's width.
+GRINNING = {"portrait": 0.0, "comic": 0.2, "cartoon": 0.35, "naive": 0.1}
+GRINS = {"none": 0.0, "oval": 1.0, "box": 1.2, "bean": 1.0, "trapezoid": 0.8, "crescent": 1.0}
+GRIN_WIDE, GRIN_TALL, GRIN_ASIDE, GRIN_TILT = (0.85, 1.9), (0.26, 0.7), 0.12, 0.06
+GRIN_BOLD = (0.8, 2.6)
+
 # Controls whose names begin so cannot be seen where a feature is drawn by this convention.
 HIDES: dict[tuple[str, str], tuple[str, ...]] = {
     ("eye", "dot"): ("squint", "lid_raise"),
@@ -161,6 +171,7 @@ class Artist:
     overdo : how many times as far as the face's own its brows and mouth go in an expression
     level : how much of their slope brows at rest are drawn without
     bares : whether who smiles or stretches the mouth shows clenched teeth
+    grin : of GRINS, by which shape open mouths are drawn; the rest of it: see GRINNING
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
     """
@@ -191,6 +202,12 @@ class Artist:
     hat: str = "none"
     freckles: bool = False
     bares: bool = False
+    grin: str = "none"
+    grin_wide: float = 1.2
+    grin_tall: float = 0.4
+    grin_aside: float = 0.0
+    grin_tilt: float = 0.0
+    grin_bold: float = 1.0
     earring: bool = False
     bold: float = 1.0
     loose: float = 0.0
@@ -257,7 +274,7 @@ class Artist:
 
 
 EXTRAS: dict[str, Mapping] = {"cut": CUTS, "beard": BEARDS, "moustache": MOUSTACHES,
-                              "glasses": GLASSES, "hat": HATS}  # fmt: skip
+                              "glasses": GLASSES, "hat": HATS, "grin": GRINS}  # fmt: skip
 
 
 def _is(name: str, stem: str) -> bool:
@@ -270,18 +287,20 @@ def sample_artist(
     identity: Mapping[str, float],
     manner: str | None = None,
     worn: float = 1.0,
+    grins: float | None = None,
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
     manner : of MANNERS, else by their odds. Raises InputError for another name.
     worn : times as often as usual somebody has a beard, a moustache or a hat rather than none
+    grins : how many draw open mouths as one bold shape, else as many as are usual in their manner
     """
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
     order = tuple(MANNERS)
     manner = manner or lot(rng, MANNERS)
     man = float(identity.get("gender", 0.5))
-    chosen = {}
+    chosen: dict[str, Any] = {}
     for name, table in CONVENTIONS.items():
         of = order.index(manner if rng.random() > BORROWS else lot(rng, MANNERS))
         telling = TELLING.get(name, {})
@@ -315,7 +334,7 @@ def sample_artist(
 
     cut = lot(rng, cuts)
     reach = rng.uniform(0.65, 1.15) if cut == "bob" else rng.uniform(1.2, 2.3)
-    return Artist(
+    artist = Artist(
         manner=manner, **chosen, cut=cut,
         beard=beard, moustache=moustache,
         glasses=lot(rng, GLASSES), hat=lot(rng, _more(HATS, worn)),
@@ -334,6 +353,21 @@ def sample_artist(
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
     )  # fmt: skip
+    return _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
+
+
+def _grinning(artist: Artist, rng: np.random.Generator, share: float) -> Artist:
+    """The artist, which so many of are given a shape for open mouths; not over a beard's lines."""
+    # By a generator of its own, so that all others draw as they did.
+    own = np.random.default_rng(copy.deepcopy(rng).integers(2**63))
+    if own.random() >= share or (artist.beard, artist.moustache) != ("none", "none"):
+        return artist
+    wide, tall, bold = (
+        round(float(own.uniform(*of)), 3) for of in (GRIN_WIDE, GRIN_TALL, GRIN_BOLD)
+    )
+    aside, tilt = (round(float(of * own.normal()), 4) for of in (GRIN_ASIDE / 2, GRIN_TILT))
+    return replace(artist, grin=lot(own, GRINS), grin_wide=wide, grin_tall=tall, grin_aside=aside,
+                   grin_tilt=tilt, grin_bold=bold)  # fmt: skip
 
 
 def _grown(rng: np.random.Generator, worn: float) -> tuple[str, str]:

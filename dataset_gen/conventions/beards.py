@@ -41,7 +41,7 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     kind = artist.beard
     if kind == "none":
         return
-    rng, mouth = canvas.rng, Mouth(sitter, artist.bares)
+    rng, mouth = canvas.rng, Mouth(sitter, artist)
     patches = [GROUNDS.get(kind, _cheeks)(sitter, mouth, kind, rng)]
     if kind in SHORN and artist.moustache == "none" and rng.random() < 0.75:
         patches.append(_upper_lip(sitter, mouth, rng))

@@ -52,7 +52,7 @@ COVER = {"hairs": (0.25, 0.6), "dense": (0.7, 1.7), "mass": (0.3, 0.8)}
 def draw_moustache(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     if artist.moustache == "none":
         return
-    rng, form, mouth = canvas.rng, FORMS[artist.moustache], Mouth(sitter, artist.bares)
+    rng, form, mouth = canvas.rng, FORMS[artist.moustache], Mouth(sitter, artist)
     halves = _grown(sitter, mouth, form, rng)
     names = tuple(form.ways)
     odds = np.array([form.ways[name] for name in names])

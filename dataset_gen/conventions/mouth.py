@@ -1,4 +1,6 @@
-"""Mouths by an artist's conventions: closed ones as lines or lips, open ones as black shapes."""
+"""Mouths by an artist's conventions: closed ones as lines or lips, open ones as black shapes.
+
+Those of comics, which are one bold shape, stand in `grins`."""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ from facs_rig import LANDMARKS
 
 from .artist import Artist
 from .canvas import Canvas
+from .grins import LOWER, UPPER, Grin, draw_blocks, draw_grid
 from .shapes import Points, part, smooth
 from .sitter import Sitter
 
@@ -16,9 +19,8 @@ OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth i
 BARED, PARTED = 0.35, 0.2  # least action that bares teeth; how far it parts the lips, of its width
 WIDE = 0.3  # of the mouth's width: teeth of a mouth that is open so far do not meet
 FINE = 41
+PLAIN = Artist()
 UP, DOWN = 0.3, 0.7  # of the way that lips are parted before teeth, what each of them moves
-UPPER = ("lip_peak", "lip_upper", "lip_top", "lip_inner_top", "lip_inner_upper")
-LOWER = ("lip_lower", "lip_bottom", "lip_inner_bottom", "lip_inner_lower")
 
 
 class Mouth:
@@ -27,9 +29,10 @@ class Mouth:
     upper, lower : inner rims        outer_upper, outer_lower : borders of the lips
     line : between the lips        opening : widest gap, as a share of the width
     clenched : whether lips are parted before teeth that meet: an artist shows them, the jaw is shut
+    grin : its shape in comics, else None
     """
 
-    def __init__(self, sitter: Sitter, bares: bool = False) -> None:
+    def __init__(self, sitter: Sitter, artist: Artist = PLAIN) -> None:
         self.upper, self.lower = (
             smooth(sitter.curves[f"rim_{e}"], FINE) for e in ("upper", "lower")
         )
@@ -44,6 +47,7 @@ class Mouth:
         crossed = gap < 0
         self.upper[crossed] = self.lower[crossed] = self.line[crossed]
         self.open = self.opening > OPEN
+        bares = artist.bares or artist.grin != "none"
         self.clenched = bares and not self.open and sitter.bared > BARED
         self._apart = PARTED * min(sitter.bared, 1.2) * self.width * sitter.down
         if self.clenched:
@@ -52,6 +56,10 @@ class Mouth:
             self.outer_upper = self.outer_upper - UP * away
             self.outer_lower = self.outer_lower + DOWN * away
             self.open = True
+        self.grin = None
+        if self.open and artist.grin != "none":
+            self.grin = Grin.of(sitter, artist, self.upper, self.lower)
+            self.upper, self.lower = self.grin.upper, self.grin.lower
 
     def _away(self, across: NDArray) -> Points:
         """(k, 2) how far the lips are parted before teeth, at shares (k,) of the way across."""
@@ -59,12 +67,12 @@ class Mouth:
 
     def landmarks(self, points: Points) -> Points:
         """The face's landmarks (m, 2) with those of the lips where the lips are drawn."""
-        if not self.clenched:
-            return points
-        right, left = self.upper[0], self.upper[-1]
-        across = (points - right) @ (left - right) / self.width**2
-        share = np.array([_parts(name) for name in LANDMARKS])
-        return points + share[:, None] * self._away(across)
+        if self.clenched:
+            right, left = self.line[0], self.line[-1]
+            across = (points - right) @ (left - right) / self.width**2
+            share = np.array([_parts(name) for name in LANDMARKS])
+            points = points + share[:, None] * self._away(across)
+        return self.grin.moved(points) if self.grin else points
 
     def hole(self) -> Points:
         """The outline of what is between the lips."""
@@ -77,7 +85,10 @@ def _parts(landmark: str) -> float:
 
 
 def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
-    mouth = Mouth(sitter, artist.bares)
+    mouth = Mouth(sitter, artist)
+    if mouth.grin:
+        _grin(canvas, sitter, artist, mouth)
+        return
     lips = artist.mouth in ("lips", "dark")
     if mouth.open:
         _open(canvas, sitter, artist, mouth)
@@ -105,8 +116,25 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
             canvas.line("mouth", smooth(points, 9), 0.9, within=True)
 
 
-def _open(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
-    """An open mouth: its outline, and what its convention puts inside."""
+def _grin(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
+    """The mouth of a comic: its outline, what is inside, and nothing of the face over it."""
+    bold, how = artist.grin_bold, artist.open
+    if not mouth.clenched and how != "rows":
+        _open(canvas, sitter, artist, mouth, bold)
+    else:
+        canvas.line("mouth", mouth.upper, bold)
+        canvas.line("mouth", mouth.lower, bold)
+        if how in ("rows", "tongue"):
+            draw_blocks(canvas, mouth.upper, mouth.lower, mouth.clenched)
+        elif how != "outline":
+            draw_grid(canvas, mouth.upper, mouth.lower, bold)
+    canvas.cover(mouth.hole())
+
+
+def _open(
+    canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth, bold: float | None = None
+) -> None:
+    """An open mouth: its outline, and what its convention puts inside. bold : of the pen's width"""
     how = artist.open
     # What is inside tells whether the jaw is open: teeth that meet are those of a shut one.
     if mouth.clenched and how != "outline":
@@ -117,7 +145,8 @@ def _open(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
     if tall < 4 and how in ("grid", "rows", "tongue"):
         how = "outline"
     # Where no lips are drawn around it, the outline of the hole is the mouth.
-    bold = 0.9 if artist.mouth in ("lips", "dark") else 1.15
+    if bold is None:
+        bold = 0.9 if artist.mouth in ("lips", "dark") else 1.15
     canvas.line("mouth", mouth.upper, bold)
     canvas.line("mouth", mouth.lower, bold)
     if how == "outline":

@@ -87,7 +87,7 @@ def drawn_mouth(record: dict) -> tuple[str, NDArray]:
         pair = rims(rig, vertices, camera.project)
         return "contours", scale * gaps(*(through(page, rim) for rim in pair))
     artist = Artist.from_json(record["artist"])
-    mouth = Mouth(sit(rig, vertices, camera, face, artist), artist.bares)
+    mouth = Mouth(sit(rig, vertices, camera, face, artist), artist)
     if not mouth.open:
         return LINE + artist.mouth, np.zeros(len(PLACES))
     how = "clenched" if mouth.clenched else artist.open

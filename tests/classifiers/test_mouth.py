@@ -72,6 +72,48 @@ def test_rims_are_found_where_they_are_drawn():
     assert np.median(off) < 0.2 * np.median(at_rest)
 
 
+GRIN = {"smile": 4.0, "grimace": 3.0}
+SHOUT = {"jaw_open": 5.0}
+
+
+def grins(aus, count):
+    """Drawings of comics' mouths, with their landmarks as they are drawn."""
+    k = 0
+    while count:
+        drawing, record = make_sample(SEED, k, 300, "sparse", "conventions", aus=aus, grins=1.0)
+        k += 1
+        if record["artist"]["grin"] != "none" and record["artist"]["manner"] != "portrait":
+            count -= 1
+            yield drawing, points_of(record["drawn_landmarks"], MOUTH)
+
+
+@pytest.mark.parametrize("aus", [GRIN, SHOUT], ids=["teeth that meet", "shouting"])
+def test_mouths_of_comics_are_found_as_large_as_they_are_drawn(aus):
+    shares, opened = [], []
+    for drawing, there in grins(aus, 12):
+        mouth = read(drawing)
+        found = points_of(mouth.landmarks, MOUTH)
+        shares.append(opening(found) / opening(there))
+        opened.append(mouth.opened > 0.5)
+    assert 0.75 < np.median(shares) < 1.25
+    assert np.mean(opened) >= 0.8
+
+
+def test_teeth_that_meet_are_told_from_an_open_jaw():
+    meet, apart = (np.mean([read(d).meets for d, _ in grins(a, 12)]) for a in (GRIN, SHOUT))
+    assert meet > apart + 0.25
+
+
+def test_a_mouth_beside_where_it_was_thought_to_be_is_looked_at_again():
+    drawing, record = make_sample(SEED, 2, 300, "sparse", "contours", aus=OPENED)
+    reader, page = mouth_reader(WEIGHTS, 1), as_page(drawing.astype(np.float32) / 255)
+    marks = record["landmarks"]
+    side = mouth_box(marks).width
+    off = {n: (u + 0.08 * side * (n in MOUTH), v) for n, (u, v) in marks.items()}
+    found = [points_of(reader.read(page, m, 0.0).landmarks, MOUTH) for m in (marks, off)]
+    assert np.linalg.norm(found[0] - found[1], axis=1).mean() < 0.03 * side
+
+
 def test_a_mirrored_page_gives_the_mirrored_mouth():
     drawing, record = make_sample(SEED, 1, 300, "sparse", "contours", aus=OPENED)
     reader = mouth_reader(WEIGHTS, 1)

@@ -9,7 +9,7 @@ from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 from facs_rig.coarse import coarse_rig
 from snakes.lines import Lines
 from snakes.mouth import RIMS as RIM_PAIRS
-from snakes.mouth import held_rims, rims_of, with_rims
+from snakes.mouth import held_rims, rims_of, with_rims, without_teeth
 from snakes.shape import Observations, fit_shape
 
 RIMS = {"lip_inner_upper_{}": -5.0, "lip_inner_lower_{}": 5.0}
@@ -95,6 +95,23 @@ def test_a_mouth_that_was_not_found_says_nothing():
     assert with_rims(seen, ellipse(15.0)) is seen
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_teeth_are_no_lines_of_the_lips(turn):
+    """A line where they meet goes; the rims and what is beside the mouth stay."""
+    observed = replace(mouth(turn, apart=3.0), gap=0.01)  # rims 30 pixels apart
+    u = np.linspace(-80, 80, 81)
+    heights = (-15.0, 0.0, 15.0)
+    points = np.array([turned((x, v), turn) for v in heights for x in u])
+    drawn = Lines(points, np.tile([1.0, 0.0], (len(points), 1)))
+    kept = {tuple(p) for p in without_teeth(drawn, observed).points.round(6)}
+    stays = np.array([tuple(p) in kept for p in points.round(6)]).reshape(3, -1)
+    assert stays[0].all() and stays[2].all()
+    assert not stays[1][np.abs(u) < 40].any() and stays[1][np.abs(u) > 50].all()
+    assert without_teeth(drawn, replace(observed, gap=None)) is drawn
+    narrow = replace(mouth(turn, apart=1.5), gap=0.01)  # a line there may be that of shut lips
+    assert without_teeth(drawn, narrow) is drawn
+
+
 NOTHING = Lines(np.zeros((0, 2)), np.zeros((0, 2)))
 
 
@@ -129,6 +146,23 @@ def test_a_mouth_that_is_drawn_open_opens_though_no_action_was_detected(camera):
         assert (set(found.aus) == {"smile"}) == (gap is None)
         errors[gap] = abs(np.mean(apart(rig, found, laid)) - there)
     assert errors[0.01] < 0.3 * errors[None]
+
+
+def test_teeth_that_meet_are_bared_by_a_shut_jaw(camera):
+    """However wide the mouth is drawn, and whatever the networks took it for."""
+    rig = coarse_rig(load_rig())
+    drawn = {"smile": 4.0, "lower_lip_depress": 5.0, "sneer": 5.0, "jaw_open": 1.0}
+    begin = FaceParameters({"smile": 4.0, "jaw_open": 3.0})
+    found = {}
+    for clenched in (False, True):
+        observed = replace(seen(drawn, camera, 0.01), clenched=clenched)
+        face, laid = fit_shape(NOTHING, rig, begin, camera, observed)
+        found[clenched] = face.aus.get("jaw_open", 0.0)
+        there = np.mean(apart(rig, FaceParameters(drawn), camera))
+        assert np.mean(apart(rig, face, laid)) > 0.7 * there
+    assert found[True] < 1.0 < found[False]
+    decided = replace(observed, decided=frozenset({"jaw_open"}))
+    assert fit_shape(NOTHING, rig, begin, camera, decided)[0].aus["jaw_open"] == 3.0
 
 
 def test_what_the_artist_has_decided_stays_shut(camera):

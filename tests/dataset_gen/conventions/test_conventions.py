@@ -78,9 +78,12 @@ def test_every_convention_draws_something_inside_the_page(field, way, yaw):
 @pytest.mark.parametrize("field", {**CONVENTIONS, **EXTRAS})
 def test_every_convention_is_a_picture_of_its_own(field):
     """No two of a feature give the same strokes: none is a dead entry."""
-    aus = {"open": {"jaw_open": 1.5}, "iris": {"lid_raise": 3}, "eye": {"lid_raise": 3}}.get(
-        field, {"squint": 4, "outer_squint": 4, "frontalis": 4}
-    )
+    aus = {
+        "open": {"jaw_open": 1.5},
+        "grin": {"jaw_open": 3},
+        "iris": {"lid_raise": 3},
+        "eye": {"lid_raise": 3},
+    }.get(field, {"squint": 4, "outer_squint": 4, "frontalis": 4})
     base = replace(PLAIN, eye="almond", cut="short", crease="all", crow="curves", glasses="none")
     pictures = set()
     table = {**CONVENTIONS, **EXTRAS}[field]
