@@ -11,9 +11,10 @@ import pytest
 from scipy import ndimage
 
 from classifiers import load_detector
-from classifiers.detector import DOUBT, Detector, Reading, surer
+from classifiers.detector import BARED, DOUBT, Detector, Reading, surer
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
+from classifiers.plausible import FARTHEST
 from classifiers.preprocess import FACE_MARGIN, as_page
 from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
 from classifiers.training import shards
@@ -300,7 +301,8 @@ class Near(Blobs):
 HAIR, FACE = (100, 10, -110), (105, 150, 100)
 
 
-def test_what_is_in_doubt_is_looked_at_from_farther_off(seeing):
+def test_what_is_in_doubt_is_looked_at_from_farther_off(seeing, monkeypatch):
+    monkeypatch.setattr("classifiers.detector.nose_ink", lambda *_: 1.0)  # a square has none
     page = page_with(HAIR, FACE, shape=(300, 300))
     detector = seeing(Near())
     near = detector.read(1 - page, farther=())
@@ -330,9 +332,13 @@ def test_a_surer_reading_counts_if_it_is_of_the_same_face():
     assert not surer(replace(sure, box=aside), vague)
     assert not surer(replace(sure, box=larger), vague)
     assert not surer(replace(sure, face=-1.0), vague)
-    nothing = replace(vague, face=-1.0)
-    assert surer(replace(sure, box=aside), nothing)
-    assert not surer(replace(vague, spreads=0.9 * vague.spreads), nothing)
+    bare = Box.at(12, 22, BARED * 30, BARED * 30)
+    hidden = replace(vague, apart=2 * FARTHEST)
+    assert surer(replace(sure, box=bare, spreads=BARED * sure.spreads), hidden)
+    assert not surer(sure, hidden)  # as large as it was
+    assert not surer(replace(sure, box=bare, spreads=vague.spreads), hidden)
+    nothing = replace(hidden, face=-1.0)
+    assert not surer(replace(sure, box=bare, spreads=BARED * sure.spreads), nothing)
 
 
 def test_no_drawing_no_detection(detector):

