@@ -205,7 +205,8 @@ def fit(
     if wears or grows:
         page, cut, worn, hat = hair_of(drawing, detection, rig, as_drawn)
     if grows:
-        page, beard = beard_of(drawing, detection, rig, as_drawn, page)
+        shown = cut if worn is None else None  # how dark hair is under a hat is hard to tell
+        page, beard = beard_of(drawing, detection, rig, as_drawn, page, shown)
     if not wears:
         cut, worn, hat = None, None, None
     clock.lap("hair")

@@ -12,21 +12,26 @@ from numpy.typing import NDArray
 
 from .controls import MAX_INTENSITY
 from .identity import (
+    ASYMMETRY,
     BY_NAME,
     CAGE_TARGETS,
+    DETAILS,
     ENDS,
     FEATURES,
     IDENTITY_KEYS,
+    PEOPLE,
     check_identity,
-    detail_weights,
     target_weights,
 )
+from .macros import macro_targets, macro_weights
 from .mesh import is_shape
 from .parameters import FaceParameters
 
 if TYPE_CHECKING:
     from .rig import FaceRig
 
+DETAIL_WEIGHTS = tuple(DETAILS.values())
+MACROS = len(macro_targets())
 STEP = 0.05  # of a parameter, between which its movement is taken
 
 
@@ -114,28 +119,44 @@ def slopes(
 def identity_slopes(identity: Mapping[str, float], names: Sequence[str]) -> NDArray[np.float32]:
     """(names, targets) how the targets' weights change with each parameter, about `identity`."""
     found = np.zeros((len(names), len(IDENTITY_KEYS)), np.float32)
-    known = _Read(check_identity(identity))
-    detail_weights(known)
-    place = {feature.name: k for k, feature in enumerate(FEATURES)}
+    known = check_identity(identity)
+    readers = _readers(known)
+    ends_of = {feature.name: ENDS.start + 2 * k for k, feature in enumerate(FEATURES)}
+    ends_of |= {feature.name: MACROS + 2 * k for k, feature in enumerate(ASYMMETRY)}
     for row, name in enumerate(names):
         feature, here = BY_NAME[name], known[name]
         least, most = feature.minimum, feature.maximum  # of people, as long as this is one
         if not least <= here <= most:
             least, most = feature.span
         low, high = max(here - STEP, least), min(here + STEP, most)
-        ends = ({**known, name: x} for x in (low, high))
-        if name in place and feature.minimum <= low and high <= feature.maximum:
-            # The weights of its own two ends are -x and x, where they are above 0.
-            column = ENDS.start + 2 * place[name]
-            less, more = np.array([[-min(x, 0.0), max(x, 0.0)] for x in (low, high)])
-            found[row, column : column + 2] = (more - less) / (high - low)
-            if name in known.names:
-                less, more = (detail_weights(who) for who in ends)
-                found[row, CAGE_TARGETS:] = (more - less) / (high - low)
+        less, more = ({**known, name: x} for x in (low, high))
+        if not feature.minimum <= low <= high <= feature.maximum:
+            found[row] = target_weights(more) - target_weights(less)
         else:
-            less, more = (target_weights(who) for who in ends)
-            found[row] = (more - less) / (high - low)
+            if name in ends_of:
+                # The weights of its own two ends are -x and x, where they are above 0.
+                column = ends_of[name]
+                found[row, column : column + 2] = (
+                    min(low, 0) - min(high, 0),
+                    max(high, 0) - max(low, 0),
+                )
+            elif feature in PEOPLE:
+                found[row, :MACROS] = macro_weights(more) - macro_weights(less)
+            for k in readers.get(name, ()):
+                found[row, CAGE_TARGETS + k] = DETAIL_WEIGHTS[k](more) - DETAIL_WEIGHTS[k](less)
+        found[row] /= high - low
     return found
+
+
+def _readers(known: Mapping[str, float]) -> dict[str, list[int]]:
+    """Of each parameter the details whose weights hang on it: name -> their places in DETAILS."""
+    readers: dict[str, list[int]] = {}
+    for k, weight in enumerate(DETAIL_WEIGHTS):
+        asked = _Read(known)
+        weight(asked)
+        for name in asked.names:
+            readers.setdefault(name, []).append(k)
+    return readers
 
 
 class _Read(dict[str, float]):

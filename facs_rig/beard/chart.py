@@ -20,19 +20,24 @@ from ..common.derived import derived
 from ..mesh import vertex_normals
 from ..paint import MATERIAL_NAMES, materials_at
 from ..rig import FaceRig, landmark_points
+from .lip import SPREAD, lip_places, moustache_at, rim_of
 
 COLUMNS, ROWS = 12, 18
 ALONG: NDArray[np.float64] = np.linspace(0, 1, COLUMNS)
 """Shares of the jaw, from the chin to the ear."""
 UP: NDArray[np.float64] = np.linspace(-0.042, 0.076, ROWS)
 """Metres on the default face from the jaw, up the face and (less than none) under it."""
-ROOTS = 9_000
-"""Places where a hair may grow."""
+ROOTS, DENSER = 9_000, 1_400
+"""Places where a hair may grow, and more of them between nose and lip."""
 LIPS = 0.0028
 """Metres beside the red of the lips and beside nose and ears where no hair grows."""
 BEYOND = 0.004
 """Metres that what grows over the mouth goes on beside its corners."""
 JAW = ("chin", *(f"jawline_{k}_left" for k in range(8, 0, -1)))
+COMBED = ((0.0, 0.3), (0.3, 0.55), (0.7, 0.9), (1.0, 1.05), (1.3, 0.9))
+"""Halves of the mouth's width from the middle, and radians that hair over it leans aside."""
+ALONG_RIM = (65, 0.0045)
+"""Degrees that it does so close to the lip, along which it lies, and metres over that to which."""
 APART = 0.014
 """Metres from a hair to the three vertices that say how its skin is turned."""
 
@@ -54,13 +59,14 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Roots:
-    """Places where hairs may grow, evenly spread; so is every first part of them.
+    """Places where hairs may grow, evenly spread; so is every first part of ROOTS, and of what
+    follows, which is over the mouth.
 
     index, weight : (r, 3) vertices of the rig, and their weights
     anchors : (r, 3) vertices around each, by which the skin's turning is told
     place : (r, 2) on the chart
     across : (r,) metres on the default face from its middle, more than none to its left
-    above : (r,) bool, over the mouth
+    above : (r,) bool, over the mouth;  lip : (r, 3) see lip.lip_places
     """
 
     index: NDArray[np.int32]
@@ -69,6 +75,7 @@ class Roots:
     place: NDArray[np.float64]
     across: NDArray[np.float64]
     above: NDArray[np.bool_]
+    lip: NDArray[np.float64]
 
 
 def weights_at(place: NDArray) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
@@ -101,7 +108,7 @@ def chart_of(rig: FaceRig) -> Chart:
     kept = (up > UP[0] - 0.002) & (up < UP[-1] + 0.004)
     kept &= ~_is_ear(points, mark)
     near, along, up = near[kept], along[kept], up[kept]
-    flow = _flow(rest[near], normals[near], up, mark)
+    flow = _flow(rest[near], normals[near], up, rim_of(rig, rest), mark)
     return Chart(near, np.stack([along, up], axis=1), normals[near], flow)
 
 
@@ -162,17 +169,23 @@ def _is_ear(points: NDArray, mark: dict[str, NDArray]) -> NDArray[np.bool_]:
     return (points[:, 1] > line[-1, 1]) & (points[:, 2] < behind + LIPS)
 
 
-def _flow(rest: NDArray, normal: NDArray, up: NDArray, mark: dict[str, NDArray]) -> NDArray:
-    """(m, 3) unit, the way of hair along the skin: down, away from the middle over the mouth, and
-    forward under the jaw."""
-    mouth = mark["mouth_corner_left"]
-    over = np.clip((rest[:, 1] - mouth[1]) / 0.008, 0, 1)
-    over *= np.clip((mouth[0] + 0.016 - np.abs(rest[:, 0])) / 0.014, 0, 1)
+def _flow(
+    rest: NDArray, normal: NDArray, up: NDArray, rim: NDArray, mark: dict[str, NDArray]
+) -> NDArray[np.float64]:
+    """(m, 3) unit, the way of hair along the skin: down, away from the middle over the mouth, the
+    more so the nearer to the lip, and forward under the jaw."""
+    corner, place = mark["mouth_corner_left"], lip_places(rest, rim, mark)
+    over = np.clip((rest[:, 1] - corner[1] + 0.002) / 0.004, 0, 1)
+    over *= np.clip((corner[0] + 0.016 - np.abs(rest[:, 0])) / 0.014, 0, 1)
     under = np.clip(-up / 0.03, 0, 1)
-    aside = 1.1 * over * np.tanh(rest[:, 0] / 0.003) - 0.15 * np.tanh(rest[:, 0] / 0.02) * (
-        1 - over
-    )
-    way = np.stack([aside, -np.ones(len(rest)), 0.5 * under], axis=1)
+    lean = np.interp(place[:, 0], *np.array(COMBED).T)
+    lean = lean + np.clip(1 - place[:, 1] / ALONG_RIM[1], 0, 1) * np.clip(
+        np.radians(ALONG_RIM[0]) - lean, 0, None
+    ) * np.clip(place[:, 0] / 0.3, 0, 1)
+    side = np.tanh(rest[:, 0] / 0.002)
+    aside = np.sin(lean) * over * side - 0.15 * np.tanh(rest[:, 0] / 0.02) * (1 - over)
+    down = 1 - over * (1 - np.cos(lean))
+    way = np.stack([aside, -down, 0.5 * under], axis=1)
     way -= np.einsum("kc,kc->k", way, normal)[:, None] * normal
     return way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
 
@@ -190,24 +203,36 @@ def roots_of(rig: FaceRig) -> Roots:
     number = np.full(rig.n_vertices, -1)
     number[chart.vertices] = np.arange(len(chart.vertices))
     rows = rig.triangles[(number[rig.triangles] >= 0).all(axis=1)]
-    a, b, c = (rest[rows[:, k]] for k in range(3))
-    middle = (a + b + c) / 3
-    order = np.argsort(_morton(middle), kind="stable")
-    rows, area = rows[order], np.linalg.norm(np.cross(b - a, c - a), axis=1)[order]
-    reach = np.cumsum(area)
-    golden, k = (np.sqrt(5) - 1) / 2, np.arange(ROOTS)
-    triangle = np.minimum(np.searchsorted(reach, (0.5 + k * golden) % 1 * reach[-1]), len(rows) - 1)
-    index = rows[triangle]
-    p, q = np.random.default_rng(0).uniform(0, 1, (2, ROOTS))
-    p, q = np.where(p + q > 1, 1 - p, p), np.where(p + q > 1, 1 - q, q)
-    weight = np.stack([1 - p - q, p, q], axis=1)
+    mark = landmark_points(rig, rest)
+    middle = rest[rows].mean(axis=1)
+    band = (moustache_at(lip_places(middle, rim_of(rig, rest), mark), 1.1 * SPREAD, 1.0) > 0) & (
+        _over_mouth(middle, mark) | (np.abs(middle[:, 0]) > mark["mouth_corner_left"][0] + BEYOND)
+    )
+    rng = np.random.default_rng(0)
+    every, more = _spread(rest, rows, ROOTS, rng), _spread(rest, rows[band], DENSER, rng)
+    index, weight = (np.concatenate(both) for both in zip(every, more, strict=True))
     own = number[index]
     place = np.einsum("kc,kcd->kd", weight, chart.place[own])
     at = np.einsum("kc,kcd->kd", weight, rest[index])
-    mark = landmark_points(rig, rest)
     above = _over_mouth(at, mark)
     anchors = _anchors(at, chart.normal[own[:, 0]], above, chart.vertices, rest, mark)
-    return Roots(index.astype(np.int32), weight, anchors, place, at[:, 0], above)
+    lip = lip_places(at, rim_of(rig, rest), mark)
+    return Roots(index.astype(np.int32), weight, anchors, place, at[:, 0], above, lip)
+
+
+def _spread(
+    rest: NDArray, rows: NDArray, count: int, rng: np.random.Generator
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """(count, 3) vertices and weights of places all over triangles (t, 3)."""
+    a, b, c = (rest[rows[:, k]] for k in range(3))
+    order = np.argsort(_morton((a + b + c) / 3), kind="stable")
+    rows, area = rows[order], np.linalg.norm(np.cross(b - a, c - a), axis=1)[order]
+    reach = np.cumsum(area)
+    golden, k = (np.sqrt(5) - 1) / 2, np.arange(count)
+    triangle = np.minimum(np.searchsorted(reach, (0.5 + k * golden) % 1 * reach[-1]), len(rows) - 1)
+    p, q = rng.uniform(0, 1, (2, count))
+    p, q = np.where(p + q > 1, 1 - p, p), np.where(p + q > 1, 1 - q, q)
+    return rows[triangle], np.stack([1 - p - q, p, q], axis=1)
 
 
 def _over_mouth(points: NDArray, mark: dict[str, NDArray]) -> NDArray[np.bool_]:

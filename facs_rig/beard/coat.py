@@ -1,7 +1,7 @@
 """What lies under the hairs of a thick beard: a coat on the skin, so that it does not show through.
 
-Polygons of a lighter level of detail, lifted off the skin where the beard is thick, and sunk
-into it at the rim.
+Polygons of a lighter level of detail, lifted off the skin where the beard is thick and sunk into it
+where it is not: they come out of it along a line that runs as the beard does, not as they do.
 """
 
 from __future__ import annotations
@@ -15,14 +15,17 @@ from ..common.derived import derived
 from ..mesh import vertex_normals
 from ..rig import FaceRig, landmark_points
 from .beard import Beard
-from .chart import ALONG, _anchors, _over_mouth, chart_of, on_chart
+from .chart import _anchors, _over_mouth, chart_of
+from .growth import growth
+from .lip import lip_places, rim_of
 
-COVERED = 0.35
-"""How thick a beard grows from which on it has a coat."""
-LEAST = 0.006
-"""Metres of hairs up to which skin is meant to be seen between them."""
-THICK, SUNK = 0.12, 0.0012
-"""Share of the hairs' length that a coat stands off, and metres that its rim lies in the skin."""
+COVERED = (0.45, 0.85)
+"""How thick a beard grows where its coat is deepest in the skin, and where it comes out of it: well
+inside, where hairs hide its rim."""
+LEAST = (0.008, 0.018)
+"""Metres of hairs up to which skin is meant to be seen between them, and from which on not."""
+THICK, SUNK = 0.12, 0.0015
+"""Share of the hairs' length that a coat stands off, and metres that its edge lies in the skin."""
 MOST = 0.0014
 """Metres that it stands off at most."""
 
@@ -47,7 +50,7 @@ class Ground:
     """Polygons of the chart's skin, light ones.
 
     vertices : (g,) of the rig;  quads : (q, 4) of these, by their numbers
-    place : (g, 2) on the chart;  anchors : (g, 3);  above : (g,) over the mouth
+    place : (g, 2) on the chart;  anchors : (g, 3);  above, lip : as in chart.Roots
     """
 
     vertices: NDArray[np.intp]
@@ -55,25 +58,27 @@ class Ground:
     place: NDArray[np.float64]
     anchors: NDArray[np.int32]
     above: NDArray[np.bool_]
+    lip: NDArray[np.float64]
 
 
 def coat(rig: FaceRig, vertices: NDArray, beard: Beard) -> Coat:
     """The coat under a beard on an upright face at rest (v, 3); empty under stubble."""
     ground = ground_of(rig)
-    cover = on_chart(beard.cover, ground.place)
-    length = np.interp(ground.place[:, 0], ALONG, beard.length)
-    length = np.where(ground.above, beard.moustache, length)
-    thick = (cover > COVERED) & (length > LEAST)
-    kept = thick[ground.quads].all(axis=1)
+    grown = growth(beard, ground.place, ground.lip, ground.above)
+    deepest, out = COVERED
+    hides = np.clip((grown.length - LEAST[0]) / (LEAST[1] - LEAST[0]), 0, 1)
+    cover = grown.cover * hides
+    kept = (cover > deepest)[ground.quads].all(axis=1)
     used = np.unique(ground.quads[kept])
     number = np.full(len(ground.vertices), -1)
     number[used] = np.arange(len(used))
-    at = ground.vertices[used]
+    at, cover = ground.vertices[used], cover[used]
     normals = vertex_normals(vertices.astype(np.float32), rig.triangles, rig.corners)[at]
     inner = np.ones(len(ground.vertices), bool)
     inner[np.unique(ground.quads[~kept])] = False
-    share = np.clip((cover[used] - COVERED) / (1 - COVERED), 0, 1)
-    lift = np.where(inner[used], np.minimum(THICK * length[used], MOST) * share, -SUNK)
+    cover = np.where(inner[used], cover, np.minimum(cover, (deepest + out) / 2))
+    lift = np.minimum(THICK * grown.length[used], MOST) * np.clip((cover - out) / (1 - out), 0, 1)
+    lift -= SUNK * np.clip((out - cover) / (out - deepest), 0, 1)
     points = vertices[at] + lift[:, None] * normals
     index = np.repeat(at[:, None], 3, axis=1).astype(np.int32)
     return Coat(
@@ -98,7 +103,8 @@ def ground_of(rig: FaceRig) -> Ground:
     above = _over_mouth(rest[used], mark)
     place, normal = chart.place[known[used]], chart.normal[known[used]]
     anchors = _anchors(rest[used], normal, above, chart.vertices, rest, mark)
-    return Ground(used, flat.reshape(-1, 4), place, anchors, above)
+    lip = lip_places(rest[used], rim_of(rig, rest), mark)
+    return Ground(used, flat.reshape(-1, 4), place, anchors, above, lip)
 
 
 def _light_polygons(rig: FaceRig) -> tuple[NDArray, NDArray]:

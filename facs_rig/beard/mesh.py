@@ -21,7 +21,7 @@ from .hairs import hairs
 NAME = "beard"
 DETAIL = 0.5
 FEWEST, MOST = 3_000, 15_000  # triangles at detail 0 and 1, of a beard that covers all it can
-UNDER = 0.6  # how light the coat is: what lies under hairs
+UNDER = 0.72  # how light the coat is: what lies under hairs
 LOOSE = 0.22  # how much lighter or darker than the beard a hair may be
 ROUGHNESS = 0.55
 

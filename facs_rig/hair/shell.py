@@ -28,6 +28,7 @@ GROOVE = (0.5, 0.012)  # share of its thickness that hair has at a parting, and 
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
 WAVELENGTH = 0.055  # metres of a wave of hair
 THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
+ROOTED = (0.003, 0.6)  # metres that such hair stands off at most where it begins, and as it goes on
 GONE = (0.010, 0.006)  # metres of a column below which it sinks into the skin, and how deep
 LOCKS, ROOM = 0.009, 0.7  # metres that tips are uneven, and share of a column from which on
 STEEP = 0.10  # metres a radian of an edge that is not level
@@ -239,6 +240,12 @@ def _sheets(
     if cut.part is not None or cut.top is not None:
         least, reach = GROOVE if cut.top is None else THINNER
         thick = thick * (least + (1 - least) * np.clip(along / reach, 0, 1) ** 0.5)
+    sunk = np.zeros((len(azimuth), 1))
+    if cut.top is not None:
+        there = np.clip(along[:, -1:] / GONE[0], 0, 1)
+        sunk = GONE[1] * (1 - there)
+        # What is thick where there is none would come out of the skin again.
+        thick = there * np.minimum(thick, ROOTED[0] + ROOTED[1] * along)
     covers = _covers(cut, azimuth)[:, None]
     skin = head.rays(head.skull, ways)
     skin = skin + covers * (head.rays(head.covered, ways) - skin)
@@ -255,11 +262,8 @@ def _sheets(
     deep = DEEP[0] + (DEEP[1] - DEEP[0]) * t
     gap = np.minimum(deep, np.maximum(outside - inside, LEAST))
     inside = np.where(hangs, outside - gap, inside)
-    outside = np.maximum(outside + relief, inside + LEAST)
-    if cut.top is not None:
-        short, depth = GONE
-        sunk = depth * (1 - np.clip(along[:, -1:] / short, 0, 1))
-        inside, outside = inside - sunk, outside - sunk
+    outside = np.maximum(outside + (relief if cut.top is None else there * relief), inside + LEAST)
+    inside, outside = inside - sunk, outside - sunk
     fallen = np.stack([0 * drop, -drop, 0 * drop], axis=-1)
     origin = head.middle + fallen
     return origin + outside[..., None] * ways, origin + inside[..., None] * ways

@@ -19,11 +19,14 @@ from scipy import ndimage
 from facs_rig import Camera, FaceParameters, FaceRig
 from facs_rig.beard.beard import Beard
 from facs_rig.beard.chart import ALONG, COLUMNS, ROWS, UP, on_chart, roots_of
+from facs_rig.beard.growth import growth
+from facs_rig.beard.lip import RISE, SPREAD
 from facs_rig.beard.presets import preset
 
 from . import beard_seen, beard_weights
 from .beard_seen import PLACES, STEP, TEMPLATES, Below, Seen
 from .beard_strokes import leans_in
+from .moustache_fit import band_of
 from .region import At, PageHair
 from .texture import strokes_in, texture_of, tone_of
 
@@ -42,8 +45,13 @@ ALONE, LOUD, TOLD = 0.27, 0.25, -5.2
 """The same without a beard, where the network does not deny it by log-odds below the last; and how
 much more that is where the mouth smiles or is open, whose thick lines and teeth come near to the
 nose where the fit is not quite right."""
+MOUTH = 0.25
+"""Ink of a mouth's line from which on it is one: what has none below it is a mouth itself, and no
+moustache."""
 INKED = ((0.03, 0.0022), (0.12, 0.003), (0.3, 0.007), (0.6, 0.014))
 """Ink of a chin beyond the cheeks', and metres of its hairs."""
+SOFTLY = 0.9
+"""Columns and rows of the chart over which a beard grows thin at its edges."""
 DARK = 0.5
 """Colour of the palest beard: strokes on paper stand for darker hair than they are ink."""
 
@@ -66,7 +74,8 @@ def fit_beard(
         return None
     ink = beard_seen.ink_of(drawing, page)
     seen = beard_seen.seen_on(ink, at, page, rig, vertices, camera)
-    alone = _moustache_alone(seen, parameters)
+    mouth = beard_seen.mouth_line(ink, page, rig, vertices, camera, seen.down)
+    alone = mouth > MOUTH and _moustache_alone(seen, parameters)
     beside = WITH_MOUSTACHE if alone else 0.0
     bearded = bool(_score(beard_weights.BEARDED, beard_seen.chin_says(seen)) + beside > 0)
     hairy = beard_seen.over_the_mouth(seen) > BESIDE if bearded else alone
@@ -83,8 +92,10 @@ def fit_beard(
     length = np.full(COLUMNS, base if bearded else 0.0)
     if bearded:
         length += _reach(beard_seen.below(seen, ink, at, page))
-    found = Beard(cover, length, moustache=_moustache(base, bearded) if hairy else 0.0)
-    where = _where(found, seen, page)
+    spread, rise = band_of(seen, rig, alone=not bearded) if hairy else (SPREAD, RISE)
+    size = _moustache(base, bearded) if hairy else 0.0
+    found = Beard(cover, length, moustache=size, spread=spread, rise=rise)
+    where = _where(found, seen, page, rig)
     strokes = strokes_in(ink, where, CELLS)
     curly = where.any() and texture_of(ink, where, strokes, CELLS) == "curls"
     tone = tone_of(ink, where) if where.any() else 0.75
@@ -98,8 +109,7 @@ def with_beard(
 ) -> PageHair:
     """The page of hair with the cells that a beard takes."""
     cells, _ = beard_seen.places_on(page, rig, vertices, camera)
-    roots = roots_of(rig)
-    cover = on_chart(beard.cover, roots.place[:PLACES])
+    cover = _cover_at_places(beard, rig)
     return replace(page, beard=_filled(cells[cover > 0.5], page) & ~page.hair)
 
 
@@ -128,7 +138,8 @@ def _cover(seen: Seen) -> NDArray[np.float64]:
     shape = on_chart(TEMPLATES[best], place)
     says = np.concatenate([says, shape[:, None]], axis=1)
     score = _score(beard_weights.TEMPLATED, says) - bare
-    return 1 / (1 + np.exp(-1.5 * beard_seen.gathered(place, score, best)))
+    cover = 1 / (1 + np.exp(-1.5 * beard_seen.gathered(place, score, best)))
+    return ndimage.gaussian_filter(cover, SOFTLY, mode="nearest")
 
 
 def _reach(below: Below) -> NDArray[np.float64]:
@@ -152,10 +163,16 @@ def _moustache(base: float, bearded: bool) -> float:
     return base
 
 
-def _where(beard: Beard, seen: Seen, page: PageHair) -> NDArray[np.bool_]:
+def _where(beard: Beard, seen: Seen, page: PageHair, rig: FaceRig) -> NDArray[np.bool_]:
     """(h, w) cells of the page where a beard grows out of the skin."""
-    cover = on_chart(beard.cover, seen.place)
+    cover = _cover_at_places(beard, rig)
     return _filled(seen.cells[(cover > 0.5) & seen.shown], page)
+
+
+def _cover_at_places(beard: Beard, rig: FaceRig) -> NDArray[np.float64]:
+    """(PLACES,) how thick a beard grows at the places that are looked at."""
+    roots = roots_of(rig)
+    return growth(beard, roots.place[:PLACES], roots.lip[:PLACES], roots.above[:PLACES]).cover
 
 
 def _filled(cells: NDArray, page: PageHair, gap: int = 2) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from scipy import ndimage
 from facs_rig import Camera, FaceRig, landmark_points
 from facs_rig.beard.chart import COLUMNS, ROWS, on_chart, roots_of, weights_at
 from facs_rig.beard.follow import axes_of
-from facs_rig.beard.presets import FULL, UNDER, preset, rimmed
+from facs_rig.beard.presets import FULL, UNDER, rimmed
 from facs_rig.common.images import area_resample
 
 from .region import At, PageHair
@@ -24,7 +24,8 @@ from .texture import tensor
 
 __all__ = [
     "PLACES", "STEP", "TEMPLATES", "Below", "Seen", "bare", "below", "chin_says", "gathered",
-    "ink_of", "likeliest", "lip_says", "over_the_mouth", "places_on", "places_say", "seen_on",
+    "ink_of", "likeliest", "lip_says", "mouth_line", "over_the_mouth", "places_on", "places_say",
+    "seen_on",
 ]  # fmt: skip
 
 PLACES = 2_500
@@ -44,13 +45,16 @@ below which another place is then bare, how much that takes off, and cells of th
 COLUMN, WIDE, INNER = 0.004, 0.024, 0.014
 """Metres of a column over the mouth, and from the middle to the last, and to the last of those that
 every moustache has."""
+MOUTH_WIDE, MOUTH_COLUMNS, MOUTH_LOW = 0.75, 13, 0.0105
+"""Share of a mouth's width in which its line is looked for, in how many columns, and metres below
+the fitted one."""
 UNLIKELY = -5.2
 """Log-odds of a moustache where none is looked up."""
 BELOW, STEP = 0.16, 0.004
 """Metres below the jaw where a beard is looked for, and from one place to the next."""
 TEMPLATES = (
     rimmed(FULL, UNDER),
-    preset("goatee").cover,
+    rimmed(((0, 61), (0.22, 60), (0.3, 46), (0.36, -45)), ((0, -16), (0.3, -10))),
     rimmed(((0, 61), (0.22, 60), (0.34, 50), (0.5, 30), (0.58, -45)), UNDER),
     rimmed(((0, 61), (0.22, 60), (0.34, 40), (0.5, 24), (0.7, 18), (0.92, 18)), UNDER),
 )
@@ -171,6 +175,27 @@ def over_the_mouth(seen: Seen) -> float:
     column, count = _columns(seen, mine)
     ink = np.bincount(column, seen.fine[mine])[count >= 3] / count[count >= 3]
     return float(np.quantile(ink, 0.25)) if len(ink) >= 4 else 0.0
+
+
+def mouth_line(
+    ink: NDArray, page: PageHair, rig: FaceRig, vertices: NDArray, camera: Camera, down: NDArray
+) -> float:
+    """Ink of the darkest place of each column where the fitted mouth is or a little below it, that
+    a quarter of the columns have less of: with a moustache there is a mouth, too.
+
+    down : see `Seen`; the rest as for `seen_on`
+    """
+    mark = landmark_points(rig, vertices)
+    names = ("mouth_corner_right", "lip_inner_top", "lip_inner_bottom", "mouth_corner_left")
+    right, top, low, left = page.cells(camera.project(np.stack([mark[n] for n in names])))
+    middle = (top + low) / 2
+    x = MOUTH_WIDE * np.linspace(-1, 1, MOUTH_COLUMNS)[:, None]
+    away = np.where(x < 0, right, left) - middle
+    rise = (away @ down / (down @ down))[:, None]
+    along = middle + np.abs(x) * away - (np.abs(x) - x**2) * rise * down  # a parabola
+    at = along[:, None] + np.arange(0, MOUTH_LOW, STEP / 4)[:, None] * down
+    fine = _at(ndimage.gaussian_filter(ink, FINE), at.reshape(-1, 2)).reshape(at.shape[:2])
+    return float(np.quantile(fine.max(axis=1), 0.25))
 
 
 def _darkest(seen: Seen, mine: NDArray[np.bool_]) -> float:

@@ -18,9 +18,10 @@ from scipy import ndimage
 from facs_rig import Camera, FaceRig, landmark_points
 from facs_rig.anatomy import LANDMARKS_68
 from facs_rig.beard.beard import Beard
-from facs_rig.beard.chart import COLUMNS, ROWS, on_chart, roots_of, weights_at
+from facs_rig.beard.chart import COLUMNS, ROWS, roots_of, weights_at
 from facs_rig.beard.follow import axes_of
-from facs_rig.beard.hairs import frames, lengths, rise_of
+from facs_rig.beard.growth import growth
+from facs_rig.beard.hairs import frames, rise_of
 from facs_rig.common.images import area_resample
 
 from .region import PageHair
@@ -139,7 +140,8 @@ def _ways(
     posed = axes_of(np.asarray(vertices[roots.anchors[kept]], float))
     at = np.einsum("kc,kcd->kd", roots.weight[kept], vertices[roots.index[kept]])
     base = page.cells(camera.project(at))
-    rise = rise_of(lengths(beard, roots, on_chart(beard.cover, roots.place))[kept])[:, None]
+    grown = growth(beard, roots.place[kept], roots.lip[kept], roots.above[kept])
+    rise = rise_of(grown.length)[:, None]
     ways = (np.cos(rise) * flow, np.cos(rise) * np.cross(out, flow), np.sin(rise) * out)
     turned = np.einsum("kcd,kjd,kce->kje", at_rest, np.stack(ways, axis=1), posed)
     ends = camera.project((at[:, None] + STEP * turned).reshape(-1, 3)).reshape(-1, 3, 2)

@@ -4,7 +4,7 @@ Two things of a cut can be read off a region: how far down hair covers the head 
 sees it, one azimuth after another, and how far it stands off where it ends against the page.
 What no line says goes on smoothly from there (a membrane: Laplace's equation with what was measured
 as soft constraints), alike on both sides. The surface that comes of it is held against the region
-again a few times, as one registers surfaces by their outlines.
+again a few times, as one registers surfaces by their outlines, and by their ends (`hem`).
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from facs_rig.hair.shell import shell_on
 
 from .combed import combed
 from .gathered import gathered
+from .hem import hem
 from .region import PageHair
 from .sight import Outline, Sight, bilinear
 from .steady import steadiest
@@ -32,8 +33,8 @@ __all__ = ["fit_cut"]
 
 STEPS = 9
 """Steps of the thickness, from the parting to the edge."""
-ROUNDS = 3
-"""How often the surface is held against the region."""
+ROUNDS, HEMS = 3, 2
+"""How often the surface is held against the region, and how often the end of hair that hangs."""
 HEIGHTS = np.concatenate([np.linspace(0.97, 0.0, 34), np.linspace(-0.05, -3.0, 60)])
 """At which hair is looked for."""
 NOWHERE = np.zeros(AZIMUTHS, dtype=bool)
@@ -120,6 +121,10 @@ def fit_cut(
         if rim is None:
             edge, falls = _edges(sight, outline, hangs, thick)
         cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
+    if hangs:
+        for _ in range(HEMS):
+            edge = hem(sight, shell_on(head, cut), edge)
+            cut = _cut(page, sight, edge, _tapered(thick, falls), hangs, top)
     cut = replace(cut, balls=gathered(sight, cut))
     if hangs or top is not None or cut.balls or cut.curl:
         return cut

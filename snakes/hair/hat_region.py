@@ -18,8 +18,6 @@ from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
 
 from .region import (
-    DISC,
-    INKED,
     ROWS,
     At,
     PageHair,
@@ -28,7 +26,6 @@ from .region import (
     contour,
     grid,
     log_odds,
-    outside,
     spread,
     theirs,
 )
@@ -44,6 +41,8 @@ worn (2 in 100 held-out drawings without one reach it, and 9 in 10 of those with
 square heads at least."""
 SURELY = 0.04
 """Square heads above the eyes that are rather a hat's than not, so that a bare skull is none."""
+INKED, DISC = 0.35, 0.062
+"""Ink from which on a disc does not roll over a cell, and the disc's radius in heads."""
 GIVEN, PAPER, SKIN, SCALP = 1.5, -2.5, -1.5, 0.5
 """Log-odds of a place where a hat is worn, of paper outside, of the face below the eyes, and of the
 head above them beside the face."""
@@ -82,7 +81,7 @@ def page_hat(
         return None
     odds = odds + theirs(box, size, zones, others)
     ink = 1 - area_resample(np.asarray(drawing, np.float32), box, size, outside=1.0)
-    cues = odds + GIVEN + np.where(outside(ink, either, zones.head), PAPER, 0.0)
+    cues = odds + GIVEN + np.where(_outside(ink, either, zones.head), PAPER, 0.0)
     cues = cues + np.where(zones.face & (row > zones.eyes), SKIN, 0.0)
     cues = cues + np.where(zones.head & ~zones.face & (row < zones.eyes), SCALP, 0.0)
     found = ndimage.binary_opening(spread(cues, ink) & ~_above_all(ink), iterations=1)
@@ -99,6 +98,24 @@ def page_hat(
         box, found, np.zeros(found.shape, dtype=bool), zones.head, contour(found, box),
         tone_of(ink, found), texture_of(ink, found, strokes, ROWS), strokes, None,
     )  # fmt: skip
+
+
+def _outside(ink: NDArray, share: NDArray, head: NDArray) -> NDArray[np.bool_]:
+    """(h, w) paper that a disc covers which rolls in from above and from the sides.
+
+    Hair that leaves the page lets nothing in, and a head is no paper whatever its lines.
+    """
+    disc = DISC * ROWS
+    roomy = ndimage.distance_transform_edt((ink < INKED) & ~head) > disc
+    label, _ = ndimage.label(roomy)
+    k = min(int(disc) + 1, *(np.array(ink.shape) - 1))
+    rim = np.zeros(ink.shape, dtype=bool)
+    rim[:k] = rim[:, :k] = rim[:, -k:] = True
+    begins = np.unique(label[rim & (share < 0.25)])
+    found = np.isin(label, begins[begins > 0])
+    if not found.any():
+        return found
+    return ndimage.distance_transform_edt(~found) <= disc
 
 
 def _above_all(ink: NDArray) -> NDArray[np.bool_]:

@@ -1,11 +1,9 @@
 """Where on a page somebody's hair and beard lie, to the drawn line.
 
-What a network says is as coarse as its cells. Four more cues sharpen it: how light and dark are
-spread where it is sure (Rother, Kolmogorov, Blake 2004, "GrabCut", SIGGRAPH, for tones), which
-paper a disc reaches from the page's top and sides without crossing ink (a rolling ball: the
-outside of an outlined head), where the fitted head is, and that a region ends at lines: what is
-known of the sure cells spreads to the others, but not across ink (Grady 2005, "Multilabel random
-walker image segmentation using prior models", CVPR).
+What a network says is as coarse as its cells. Two more cues sharpen it: how light and dark are
+spread where it is sure (Rother, Kolmogorov, Blake 2004, "GrabCut", SIGGRAPH, for tones), and that
+a region ends at lines: what is known of the sure cells spreads to the others, but not across ink
+(Grady 2005, "Multilabel random walker image segmentation using prior models", CVPR).
 """
 
 from __future__ import annotations
@@ -28,8 +26,8 @@ from ..lines import HEAD
 from .texture import Strokes, parting, strokes_in, texture_of, tone_of, waves_in
 
 __all__ = [
-    "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds", "outside",
-    "page_hair", "spread", "theirs",
+    "ROWS", "At", "PageHair", "Zones", "chance", "contour", "grid", "log_odds", "page_hair",
+    "spread", "theirs",
 ]  # fmt: skip
 
 At = Callable[[str, NDArray[np.float64]], NDArray[np.float64]]
@@ -46,12 +44,11 @@ SURE = 0.02
 """Probabilities nearer to 0 or 1 than this are taken for it."""
 TONES, RARE = 8, 1e-3
 """Bins of each of two tones, and the share of all cells that a bin is taken to have at least."""
-TONED, MOST_TONED = 1.0, 3.0
-"""Weight of what tones say, and the largest log-likelihood ratio that they count for."""
-INKED, DISC = 0.35, 0.062
-"""Ink from which on a disc does not roll over a cell, and the disc's radius in heads."""
-OUTSIDE, ENCLOSED, SCALP = -1.0, 1.2, 0.4
-"""Log-odds of paper that the disc reaches, of what is neither that nor head, and of the scalp."""
+TONED, TONED_BEARD, MOST_TONED = 0.5, 1.0, 3.0
+"""Weight of what tones say of hair and of beards, and the largest log-likelihood ratio that they
+count for."""
+LEANS = 0.4
+"""Log-odds that hair is given besides: the overlap is larger if what is doubtful is hair."""
 FAR, FARTHER, BESIDE = 0.26, 0.10, 3.0
 """Heads beside a head from which on hair is unlikely, and in how many more it has lost so much."""
 STRENGTH, STOPS, UNSURE, SWEEPS = 30.0, 25.0, 0.05, 40
@@ -271,23 +268,21 @@ def theirs(
 def _hair_in(
     ink: NDArray, odds: NDArray, beard: NDArray, zones: Zones, unlike: NDArray
 ) -> NDArray[np.bool_]:
-    """(h, w) scalp hair: of all cues, by pieces that touch the head and are no strays."""
+    """(h, w) scalp hair, by pieces that touch the head and are no strays."""
     share = chance(odds + unlike)
-    row = np.arange(len(ink))[:, None]
-    scalp = zones.head & ~zones.face & (row < zones.eyes)
+    scalp = zones.head & ~zones.face & (np.arange(len(ink))[:, None] < zones.eyes)
     if not scalp.any():
         return np.zeros(ink.shape, dtype=bool)
-    paper = outside(ink, share, zones.head)
-    cues = odds + unlike + TONED * _tones(ink, share)
-    cues = cues + np.where(paper, OUTSIDE, 0.0)
-    cues = cues + np.where(~paper & ~zones.head & (row < zones.chin), ENCLOSED, 0.0)
-    cues = cues + np.where(scalp, SCALP, 0.0)
+    cues = odds + unlike + LEANS + TONED * _tones(ink, share)
     near = ndimage.binary_dilation(zones.head, iterations=max(round(APART * ROWS), 1))
     allowed = (odds > beard - 1 - BEARDED) & (unlike > -6)
 
     def found_by(cues: NDArray, share: NDArray) -> NDArray[np.bool_]:
         found = ndimage.binary_opening(spread(cues, ink) & allowed, iterations=1)
-        return _begins(_pieces(found, share, near, LEAST), zones.nose + COLLAR * ROWS)
+        label, _ = ndimage.label(_pieces(found, share, near, LEAST))
+        # Hair comes from behind an ear at the lowest: pieces that begin lower are clothes.
+        tops = [0, *(at[0].start for at in ndimage.find_objects(label))]
+        return (label > 0) & (np.array(tops) <= zones.nose + COLLAR * ROWS)[label]
 
     found = found_by(cues, share) if share.max() >= 0.5 else np.zeros(ink.shape, dtype=bool)
     bare = scalp & ~found
@@ -298,14 +293,6 @@ def _hair_in(
     return found
 
 
-def _begins(found: NDArray, lowest: float) -> NDArray[np.bool_]:
-    """(h, w) the pieces that begin above a row: hair comes from behind an ear at the lowest, what
-    begins lower are clothes."""
-    label, _ = ndimage.label(found)
-    low = [k for k, at in enumerate(ndimage.find_objects(label), 1) if at[0].start > lowest]
-    return found & ~np.isin(label, low)
-
-
 def _beard_in(ink: NDArray, odds: NDArray, zones: Zones) -> NDArray[np.bool_]:
     """(h, w) beard and moustache, below the eyes and down to a head's half under the chin."""
     found = np.zeros(ink.shape, dtype=bool)
@@ -313,7 +300,7 @@ def _beard_in(ink: NDArray, odds: NDArray, zones: Zones) -> NDArray[np.bool_]:
     part = slice(top, end)
     share = chance(odds[part])
     if share.size and share.shape[0] > 2 and share.max() >= 0.5:
-        cues = odds[part] + TONED * _tones(ink[part], share)
+        cues = odds[part] + TONED_BEARD * _tones(ink[part], share)
         near = ndimage.binary_dilation(zones.face[part], iterations=2)
         found[part] = _pieces(spread(cues, ink[part]), share, near, LEAST_BEARD)
     return found
@@ -338,24 +325,6 @@ def _tones(ink: NDArray, share: NDArray) -> NDArray[np.float64]:
         count = ndimage.gaussian_filter(count, 0.7)
         counts.append(count / max(count.sum(), 1e-9) + RARE)
     return np.clip(np.log(counts[0] / counts[1]), -MOST_TONED, MOST_TONED).ravel()[place]
-
-
-def outside(ink: NDArray, share: NDArray, head: NDArray) -> NDArray[np.bool_]:
-    """(h, w) paper that a disc covers which rolls in from above and from the sides.
-
-    Hair that leaves the page lets nothing in, and a head is no paper whatever its lines.
-    """
-    disc = DISC * ROWS
-    roomy = ndimage.distance_transform_edt((ink < INKED) & ~head) > disc
-    label, _ = ndimage.label(roomy)
-    k = min(int(disc) + 1, *(np.array(ink.shape) - 1))
-    rim = np.zeros(ink.shape, dtype=bool)
-    rim[:k] = rim[:, :k] = rim[:, -k:] = True
-    begins = np.unique(label[rim & (share < 0.25)])
-    found = np.isin(label, begins[begins > 0])
-    if not found.any():
-        return found
-    return ndimage.distance_transform_edt(~found) <= disc
 
 
 def spread(odds: NDArray, ink: NDArray) -> NDArray[np.bool_]:

@@ -191,13 +191,14 @@ class Sight:
         return at, np.where(y >= 0, np.hypot(x, y), np.abs(x))
 
     def outline_of_region(self) -> Outline:
-        """How far the hair on the page reaches."""
+        """How far the hair on the page reaches: to the middles of its outermost cells, since what a
+        drawing's region ends with is half of a line's width too much."""
         hair = self.page.hair
         v, u = np.nonzero(hair)
         at, away = self._polar(np.stack([u, v], axis=1).astype(float))
         edge = (u == 0) | (v == 0) | (u == hair.shape[1] - 1) | (v == hair.shape[0] - 1)
         far = np.full(RAYS + 2 * LEVELS + 1, -np.inf)
-        np.maximum.at(far, at, away + 0.5 / self.unit)
+        np.maximum.at(far, at, away)
         cut = np.zeros(len(far), dtype=bool)
         cut[at[edge]] = True
         return Outline(far[:-1], cut[:-1])
@@ -230,6 +231,14 @@ class Sight:
         at, away = self._polar(np.stack([u, v], axis=1).astype(float))
         out[v, u] = np.where(at >= 0, np.maximum(away - far[at], 0), 0)
         return out
+
+    def ends(self, hair: Shell) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Azimuths (k,) along a surface's edge, and its cells (k, 2) there."""
+        edge = hair.points[hair.outer[:, -1]].astype(float)
+        column = np.arange(len(edge) * FINER[0]) / FINER[0]
+        edge = _between(np.concatenate([edge, edge[:1]]), column, axis=0)
+        turn = np.append(hair.azimuth, 2 * np.pi)
+        return np.interp(column, np.arange(len(turn)), turn), self.cells(edge)
 
     def _sheet(self, hair: Shell) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Azimuths (c,) and shares (r,) of a fine grid on a surface's outer sheet, and the ray and
@@ -293,6 +302,11 @@ class Sight:
         places = np.stack([self.head.middle, self.head.middle + [0, -0.1, 0]])
         above, below = self.cells(places)
         return max(float(np.linalg.norm(above - below)) / (0.1 * self.unit), 0.3)
+
+    @property
+    def drop(self) -> float:
+        """Metres on the page of a unit of height below the eyes."""
+        return self.head.below * self._upright
 
     def rim(self, side: int) -> NDArray[np.bool_]:
         """(48,) azimuths at which hair is seen beside the head, at the picture's left or right."""

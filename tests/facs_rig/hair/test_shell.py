@@ -9,6 +9,7 @@ from facs_rig.baking.strands import closest_on_skin
 from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut, mirrored
 from facs_rig.hair.head import WIDEST, head_of
 from facs_rig.hair.locks import hair
+from facs_rig.hair.mesh import hair_mesh
 from facs_rig.hair.presets import PRESETS, preset
 from facs_rig.hair.shell import edge_heights, shell
 from facs_rig.mesh import vertex_normals
@@ -192,6 +193,36 @@ def test_a_bald_crown_shows_above_a_rim(rig):
     away = np.degrees(np.abs(np.arctan2(front[:, 0], front[:, 2] - head.middle[2])))
     height = head.height(front[:, 1] - head.eyes[1])
     assert ((height > 0.45) & (away < 40)).sum() > 100
+
+
+@pytest.mark.parametrize("who", ["nobody", "heavy", "elf"])
+@pytest.mark.parametrize("kind", ["surface", "locks"])
+@pytest.mark.parametrize(("thick", "curl"), [(0.004, 0.0), (0.02, 0.8), (0.05, 0.0)])
+def test_between_the_ends_of_a_rim_no_hair_is_seen(rig, who, kind, thick, curl):
+    """However thick a cut is where it has none, and wherever its edges meet."""
+    rim = preset("bald_rim")
+    ends = np.degrees(np.minimum(ANGLES, 2 * np.pi - ANGLES)) < 45
+    edge = np.where(ends, np.maximum(rim.edge, 0.45), rim.edge)
+    cut = Cut(
+        edge, np.full_like(rim.thick, thick), top=np.where(ends, edge - 0.15, rim.top), curl=curl
+    )
+    identity = PEOPLE[who]
+    head, vertices = head_of(rig, identity), rig.neutral(identity)
+    made = hair_mesh(rig, identity, cut, kind)
+    both = np.concatenate([made.triangles, made.triangles[:, ::-1]])
+    triangles = np.concatenate([rig.triangles, both + len(vertices)])
+    every = np.concatenate([vertices, made.points])
+    bald = cut.top <= cut.edge
+    inside = bald & np.roll(bald, 1) & np.roll(bald, -1)
+    assert inside.sum() > 8
+    for yaw, pitch in [*VIEWS, (-40, 30), (20, -20)]:
+        turned = every @ rotation((np.radians(yaw), np.radians(pitch), 0.0)).T
+        camera = Camera.framing(turned, 300, 300, 0.02)
+        owner = np.unique(rasterise(turned, triangles, camera).triangle)
+        shown = every[triangles[owner[owner >= len(rig.triangles)]]].mean(axis=1)
+        azimuth = np.arctan2(shown[:, 0], shown[:, 2] - head.middle[2])
+        near = np.rint(azimuth / (2 * np.pi) * AZIMUTHS).astype(int) % AZIMUTHS
+        assert len(shown) > 30 and not inside[near].any(), (yaw, pitch)
 
 
 def test_thicker_hair_stands_off_farther(rig):

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
 from scipy.ndimage import binary_closing
 
 from dataset_gen import STYLES, ink
 from dataset_gen.conventions import Artist, draw_by_convention, zoomed
-from facs_rig import Camera, FaceParameters, load_rig, rasterise
+from facs_rig import Camera, FaceParameters, landmark_points, load_rig, rasterise
 from facs_rig.beard.chart import ALONG, UP
+from facs_rig.beard.lip import rim_of
 from facs_rig.beard.mesh import beard_mesh
 from facs_rig.common.box import Box
 from facs_rig.common.images import area_resample
@@ -67,8 +69,6 @@ class Page:
 
 
 def filled(outlines):
-    from PIL import Image, ImageDraw
-
     picture = Image.new("1", (SIZE, SIZE))
     for outline in outlines:
         ImageDraw.Draw(picture).polygon((np.asarray(outline) - 0.5).ravel().tolist(), fill=1)
@@ -124,6 +124,40 @@ def test_a_moustache_alone_is_no_beard():
     _, beard = drawn.fitted()
     assert beard is not None and beard.moustache > 0.005 and not beard.length.any()
     assert not beard.cover[ALONG > 0.45].any() and not beard.cover[:, UP < 0.03].any()
+
+
+def test_what_has_no_mouth_below_it_is_no_moustache():
+    drawn = Page(replace(PLAIN, moustache="black"))
+    low, high = (np.flatnonzero(drawn.truth.any(axis=1))[k] for k in (0, -1))
+    drawn.drawing = np.where(filled_rows(drawn, low - 6, high + 2), 0.0, drawn.drawing)
+    assert drawn.fitted()[1] is not None
+    mark = landmark_points(load_rig(), drawn.vertices)
+    lip, chin = drawn.camera.project(np.stack([mark["lip_top"], mark["chin"]]))[:, 1]
+    drawn.drawing[int(lip) + 3 : int(chin) - 20, SIZE // 3 : -SIZE // 3] = 1.0
+    assert drawn.fitted()[1] is None
+
+
+@pytest.mark.parametrize(("wide", "thick"), [(0.8, 1.0), (1.2, 1.0), (1.5, 0.7)])
+def test_a_moustache_is_as_wide_and_as_high_as_it_is_drawn(wide, thick):
+    drawn, rig = Page(PLAIN), load_rig()
+    ends = np.linspace(-1, 1, 41)
+    mark = landmark_points(rig, drawn.vertices)
+    rim = rim_of(rig, rig.neutral(MAN))
+    x = wide * ends * mark["mouth_corner_left"][0]
+    low = np.interp(np.abs(x), *rim.T) - 0.5e-3
+    room = mark["nose_base"][1] - low[20]
+    high = low + thick * room * (1 - np.abs(ends) ** 2.6) ** 0.85
+    depth = np.full(41, mark["lip_top"][2])
+    line = np.concatenate(
+        [np.stack([x, y, depth], axis=1)[:: 1 - 2 * k] for k, y in enumerate((low, high))]
+    )
+    picture = Image.new("1", (SIZE, SIZE))
+    ImageDraw.Draw(picture).polygon((drawn.camera.project(line) - 0.5).ravel().tolist(), fill=1)
+    drawn.drawing = np.where(np.asarray(picture), 0.0, drawn.drawing)
+    found = drawn.fitted()[1]
+    assert found is not None
+    assert found.spread == pytest.approx(wide, abs=0.2)
+    assert (found.rise < 0.85) == (thick < 0.85)
 
 
 def filled_rows(drawn, low, high):

@@ -52,6 +52,23 @@ def test_a_cut_covers_what_hair_covers(hairy, name, yaw):
     assert hairy.overlap(known, found) > 0.65
 
 
+@pytest.mark.parametrize("yaw, behind", [(0, 0.3), (25, 0.3), (0, -0.2)])
+def test_hair_ends_behind_where_it_is_drawn(hairy, yaw, behind, monkeypatch):
+    scene, bob = hairy("bob", yaw), preset("bob")
+    longer = bob.edge + np.where(np.cos(ANGLES) < 0, -behind * np.cos(ANGLES), 0)
+    hair, head = hairy.seen(replace(bob, edge=longer), scene.parameters, scene.camera)
+    scene = replace(scene, hair=hair)
+
+    def overlap():
+        found, _ = hairy.seen(refitted(scene), scene.parameters, scene.camera)
+        below = np.arange(len(hair))[:, None] > scene.camera.project(scene.vertices).mean(axis=0)[1]
+        return hairy.overlap(found & below & ~head, hair & below & ~head)
+
+    with_hem = overlap()
+    monkeypatch.setattr("snakes.hair.cut_fit.HEMS", 0)
+    assert with_hem > max(0.7, overlap() + 0.05)
+
+
 @pytest.mark.parametrize("yaw", [0, 30])
 def test_a_crown_is_bald_above_a_rim(hairy, yaw):
     scene = hairy("bald_rim", yaw)
