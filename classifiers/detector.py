@@ -225,11 +225,12 @@ class Detector:
         """
         whole = ink_square(page) if head is None else squared(head)
         reading = self._read(page, whole)
+        near = reading.box.width  # hair and hats make a face larger than it is, never smaller
         for factor in farther if head is None else ():
             if expected_error(reading) <= DOUBT:
                 break
             other = self._read(page, widened(whole, factor))
-            if surer(other, reading):
+            if other.box.width <= near and surer(other, reading):
                 reading = other
         for turn in turns:
             if reading.face > SURE:
@@ -334,16 +335,14 @@ def surer(other: Reading, reading: Reading) -> bool:
     """Whether a reading from farther off is of the same face and knows better where its landmarks
     are.
 
-    It may not be of a larger one: hair and hats make a face larger than it is. What was no face
-    from near stays none, unless it was taken with what hides it, and is one without much doubt,
-    as must be one on a page that is turned (`plausible.upright`).
+    What was no face stays none, unless it was taken with what hides it and is one without much
+    doubt, as must be one on a page that is turned (`plausible.upright`).
     """
-    size = other.box.width / reading.box.width
-    if trouble(other) or size > 1:
+    if trouble(other):
         return False
     error, before = expected_error(other), expected_error(reading)
     if trouble(reading):
-        bared = trouble(reading) == HIDDEN and size <= BARED
+        bared = trouble(reading) == HIDDEN and other.box.width <= BARED * reading.box.width
         return bared and error <= min(BETTER * before, LIKELY)
     return error < before and echo(other.box, reading.box)
 
