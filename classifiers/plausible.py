@@ -85,7 +85,7 @@ def upright(detector: Detector, page: Floats, head: Box | None = None) -> tuple[
 
     def read(turn: int) -> Reading:
         box = None if head is None else turned_crop(head, page.shape, turn)
-        return detector.read(turned(page, turn), box, turns=())
+        return detector.read(turned(page, turn), box, turns=(), farther=())
 
     as_it_lies = detector.read(page, head)
     error = expected_error(as_it_lies)

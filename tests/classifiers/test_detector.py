@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from classifiers import load_detector
-from classifiers.detector import Detector, Reading
+from classifiers.detector import BARED, DOUBT, Detector, Reading, surer
 from classifiers.finding import Face
 from classifiers.labels import ACTIVE, FULL, mirror_order
+from classifiers.plausible import FARTHEST
 from classifiers.preprocess import FACE_MARGIN, as_page
 from classifiers.runtime import THREADS, WEIGHTS, Answers, checksum, open_session, read_description
 from classifiers.training import shards
@@ -276,6 +278,65 @@ def test_where_the_head_is_can_be_told(seeing):
     found = seeing(Blobs()).detect(page, Box.at(340, 160, 140, 135))
     assert_box(found.faces[0], 380, 180, 90)
     assert len(found.faces) == 1
+
+
+class Near(Blobs):
+    """Finds nothing in a crop that more than one blob fills, where it takes all of them for a face
+    and does not know well where its landmarks are."""
+
+    def run(self, ink: np.ndarray) -> Answers:
+        answers = super().run(ink)
+        for k, page in enumerate(ink):
+            black = ndimage.binary_fill_holes(page > 0.3)
+            v, u = np.nonzero(black)
+            side = max(np.ptp(u), np.ptp(v)) if len(u) else 0
+            if ndimage.label(black)[1] > 1 and side > 0.7 * len(page):
+                middle = np.array([u.min() + u.max(), v.min() + v.max()]) / 2
+                answers.found[k, ..., 0] = -9
+                answers.landmarks[k] = (middle + side * CORNERS) / len(page)
+                answers.spreads[k] = np.log(2 * DOUBT)
+        return answers
+
+
+HAIR, FACE = (100, 10, -110), (105, 150, 100)
+
+
+def test_what_is_in_doubt_is_looked_at_from_farther_off(seeing, monkeypatch):
+    monkeypatch.setattr("classifiers.detector.nose_ink", lambda *_: 1.0)  # a square has none
+    page = page_with(HAIR, FACE, shape=(300, 300))
+    detector = seeing(Near())
+    near = detector.read(1 - page, farther=())
+    assert near.box.width == pytest.approx(240 * FACE_MARGIN, rel=0.04)
+    found = detector.detect(page)
+    assert_box(found.faces[0], *FACE)
+    np.testing.assert_allclose(found.landmarks["chin"], (155, 250), atol=4)
+    told = detector.detect(page, near.box)  # somebody said how large it is
+    assert told.faces[0].box.width == pytest.approx(near.box.width, rel=0.04)
+
+
+def test_a_sure_reading_is_not_looked_at_from_farther_off(seeing):
+    networks = Near()
+    detector = seeing(networks)
+    counts = []
+    for farther in ((), (2.0,)):
+        networks.looks = 0
+        detector.read(1 - page_with(FACE, shape=(300, 300)), farther=farther)
+        counts.append(networks.looks)
+    assert counts[0] == counts[1]
+
+
+def test_a_surer_reading_counts_if_it_is_of_the_same_face():
+    vague, sure = (reading(spreads=np.full(len(LANDMARKS), s)) for s in (1.8, 1.2))
+    assert surer(sure, vague) and not surer(vague, sure)
+    assert not surer(replace(sure, box=Box.at(80, 20, 30, 30)), vague)
+    assert not surer(replace(sure, face=-1.0), vague)
+    bare = Box.at(12, 22, BARED * 30, BARED * 30)
+    hidden = replace(vague, apart=2 * FARTHEST)
+    assert surer(replace(sure, box=bare, spreads=BARED * sure.spreads), hidden)
+    assert not surer(sure, hidden)  # as large as it was
+    assert not surer(replace(sure, box=bare, spreads=vague.spreads), hidden)
+    nothing = replace(hidden, face=-1.0)
+    assert not surer(replace(sure, box=bare, spreads=BARED * sure.spreads), nothing)
 
 
 def test_no_drawing_no_detection(detector):

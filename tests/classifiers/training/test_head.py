@@ -83,7 +83,8 @@ def test_learning_goes_on_from_a_checkpoint_and_is_written(tmp_path, monkeypatch
     head.write(network, {"pages": 3, "seed": 0, "held_out": about}, tmp_path)
     reader = head_reader(tmp_path, 1)
     ink, *_ = looks.at(np.arange(2))
-    marks = {name: (80.0 + 9 * np.cos(k), 80.0 + 9 * np.sin(k)) for k, name in enumerate(LANDMARKS)}
+    # At the page's upper edge, above which nothing can be looked for.
+    marks = {name: (80.0 + 9 * np.cos(k), 10.0 + 9 * np.sin(k)) for k, name in enumerate(LANDMARKS)}
     found = reader.read(ink[0, 0].numpy(), marks, 0.0)
     assert found.mask.shares.shape == (len(REGIONS), CELLS, CELLS)
     assert found.person.shape == (len(WHO), 2) and np.isfinite(found.person).all()

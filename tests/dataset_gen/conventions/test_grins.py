@@ -92,7 +92,7 @@ def test_who_draws_no_such_mouth_draws_as_before():
     after = []
     for grins in (0.0, 1.0):
         rng = np.random.default_rng(5)
-        artists = [sample_artist(rng, {"gender": 0.1}, "cartoon", grins) for _ in range(20)]
+        artists = [sample_artist(rng, {"gender": 0.1}, "cartoon", grins=grins) for _ in range(20)]
         after.append(rng.random())
         assert all((artist.grin != "none") == (grins == 1) for artist in artists)
     assert after[0] == after[1]
@@ -101,7 +101,7 @@ def test_who_draws_no_such_mouth_draws_as_before():
 def test_a_beard_goes_with_no_such_mouth():
     rng = np.random.default_rng(2)
     people = {"gender": 1.0, "age": 0.5}
-    artists = [sample_artist(rng, people, "comic", 1.0) for _ in range(60)]
+    artists = [sample_artist(rng, people, "comic", grins=1.0) for _ in range(60)]
     beards = [a for a in artists if (a.beard, a.moustache) != ("none", "none")]
     assert beards and all(a.grin == "none" for a in beards)
     assert {a.grin for a in artists} == set(GRINS)
@@ -119,7 +119,7 @@ def test_a_mouth_fits_between_nose_and_chin_of_any_face():
     rig = load_rig()
     for seed in range(6):
         rng = np.random.default_rng(seed)
-        artist = sample_artist(rng, {"gender": 0.2}, "cartoon", 1.0)
+        artist = sample_artist(rng, {"gender": 0.2}, "cartoon", grins=1.0)
         face = FaceParameters({"jaw_open": 6.0}, {}, (rng.normal(0, 0.3), 0.0, 0.0))
         camera = Camera.framing(rig.extent(face), SIZE, SIZE)
         _, places, _ = draw_by_convention(rig, rig.pose(face), camera, face, artist, 1.6, rng)
