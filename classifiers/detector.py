@@ -149,7 +149,7 @@ class Detector:
             if found.mask:
                 # Hats are hard to tell from hair: two looks err less than one. Beards that people
                 # draw are told better by the look at the face, which has seen more of them.
-                mask = mask.agreed(found.mask, "hat").agreed(found.mask, "beard", 1.0)
+                mask = mask.agreed(found.mask, "hat").agreed(found.mask, "beard")
             found = replace(found, mask=mask, person=_told_besides(found.person, head.person))
         return found
 

@@ -51,23 +51,34 @@ def seen(mask, name):
     return ((mask.at(name, points) > 0.5) & inside).reshape(PAGE, PAGE)
 
 
-@pytest.mark.parametrize(("engine", "bar"), [("contours", 0.79), ("conventions", 0.85)])
-def test_hair_is_found_on_drawings_that_it_has_not_seen(engine, bar):
-    overlaps, coarse = [], []
+HARDER = ("rim", "shorn", "quiff", "flat", "tail")  # little ink, or far from the face
+
+
+@pytest.mark.parametrize(
+    ("engine", "count", "bars"),
+    [("contours", COUNT, (0.79,)), ("conventions", 2 * COUNT, (0.85, 0.78))],
+)
+def test_hair_is_found_on_drawings_that_it_has_not_seen(engine, count, bars):
+    """By conventions, heads without a hat whose hair lies, and the others."""
+    overlaps: tuple[list, ...] = tuple([] for _ in bars)
+    coarse = []
     detector = load_detector()
-    for k in range(COUNT):
+    for k in range(count):
         drawing, record = make_sample(SEED, k, PAGE, "people", engine, hair=1.0)
+        artist = record.get("artist", {"cut": "", "hat": "none"})
+        harder = artist["cut"] in HARDER or artist["hat"] != "none"
         ears = painted(record, "ear") & ~painted(record, "hat")
         true = painted(record, "hair") & ~ears
         page = drawing.astype(np.float32) / 255
         found = detector.detect(page)
         before = detector.read(as_page(page)).mask
         if true.sum() > 400:
-            for mask, table in ((found.mask, overlaps), (before, coarse)):
+            for mask, table in ((found.mask, overlaps[harder]), (before, coarse)):
                 here = seen(mask, "hair")
                 table.append((here & true).sum() / (here | true).sum())
-    assert np.mean(overlaps) >= bar
-    assert np.mean(overlaps) > np.mean(coarse) + 0.1
+    for table, bar in zip(overlaps, bars, strict=True):
+        assert len(table) > 15 and np.mean(table) >= bar
+    assert np.mean(np.concatenate(overlaps)) > np.mean(coarse) + 0.1
 
 
 def test_bald_heads_have_no_hair():

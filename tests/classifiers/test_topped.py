@@ -12,7 +12,7 @@ from classifiers.preprocess import as_page
 from facs_rig import LANDMARKS
 from tests.classifiers.topped import topped
 
-DOUBTFUL = (0, 12, 53, 69)  # of the first hundred, some of those in doubt from near
+DOUBTFUL = (0, 12, 20, 24, 53, 56, 61, 74, 84, 98)  # of a hundred, all in doubt but still read
 KNOWN = (1, 3, 5, 8)
 
 
@@ -39,8 +39,8 @@ def test_a_face_that_is_lost_under_its_hair_is_found_from_farther_off(detector):
         near.append(off(before, marks))
         best.append(off(after, marks))
     assert np.mean(near) > 0.08
-    assert np.mean(best) < 0.055  # measured: 0.049, and 0.094 from near
-    assert max(best) < 0.07
+    assert np.mean(best) < 0.055  # measured: 0.052, and 0.099 from near
+    assert all(after < before + 0.01 for before, after in zip(near, best, strict=True))
 
 
 def test_what_is_known_from_near_is_read_as_ever(detector):
