@@ -94,6 +94,8 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         _open(canvas, sitter, artist, mouth)
     else:
         bold = {"lips": 1.0, "dark": 1.0}.get(artist.mouth, 1.15)
+        if artist.grin != "none":  # who draws bold open mouths draws shut ones so
+            bold = max(bold, artist.grin_bold)
         canvas.line("mouth", mouth.line, bold, within=True)
         if artist.mouth in ("lower", "corners", "lips") and canvas.rng.random() < 0.5:
             middle = part(mouth.line, 0.38, 0.62)
