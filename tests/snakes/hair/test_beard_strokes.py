@@ -101,5 +101,7 @@ def test_dots_have_no_way(yaw):
 
 @pytest.mark.parametrize("yaw", [0, 20])
 def test_neither_has_solid_black(yaw):
-    _, beard = Page(replace(PLAIN, beard="black"), yaw).fitted()
+    page = Page(replace(PLAIN, beard="black"), yaw)
+    page.drawing = np.where(page.truth, 0.0, page.drawing)  # without the light that is left in it
+    _, beard = page.fitted()
     assert np.degrees(np.abs(beard.lean[:, beard.cover > 0.5])).mean() < 8
