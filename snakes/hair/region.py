@@ -44,7 +44,7 @@ SURE = 0.02
 """Probabilities nearer to 0 or 1 than this are taken for it."""
 TONES, RARE = 8, 1e-3
 """Bins of each of two tones, and the share of all cells that a bin is taken to have at least."""
-TONED, TONED_BEARD, MOST_TONED = 1.0, 1.0, 3.0
+TONED, TONED_BEARD, MOST_TONED = 0.5, 1.0, 3.0
 """Weight of what tones say of hair and of beards, and the largest log-likelihood ratio that they
 count for."""
 LEANS = 0.4
