@@ -27,7 +27,7 @@ LEAST_FACE = 0.5
 # likeliest action that opens it, by the networks that see the whole face. Chosen by drawings whose
 # mouths are known, so that few shut ones are opened. The distance between its rims is at best told
 # with LEAST_GAP, a share of the head, else as its landmarks are.
-OPENED, LEAST_GAP = 0.6, 0.008
+OPENED, LEAST_GAP = 2.0, 0.008
 MEETING = 0.6
 """How probable it is that teeth meet in it, from which on the jaw is taken for shut."""
 

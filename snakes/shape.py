@@ -99,7 +99,7 @@ CLENCHED = {"jaw_open": 0.3, "lower_lip_depress": 4.0, "sneer": 3.0}
 """The same of one whose teeth meet."""
 CLOSERS = {"shrug": 2.0, "lip_lock": 2.0, "lip_tighten": 2.0}
 """What hardly goes with an open mouth: so far it may be off."""
-FAINT = 0.5
+FAINT = 0.4
 """An action that was not detected counts from this intensity on."""
 VIEW = 7
 """So many numbers say from where the face is seen, before those of who and how it is."""

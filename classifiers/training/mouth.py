@@ -54,7 +54,6 @@ PARTS = ("ink", "places", "opened", "meets")  # of what `page_of` makes
 PAGES = (224, 416)  # px, the sides of pages
 CONTOURS = 0.3  # of the pages, those drawn by contours
 GRINS = 0.6  # of the others, those whose open mouths are one bold shape
-WORN = 0.5, 6.0  # of the pages, those on which beards are commoner, and how much
 SPREADS = 0.1, 0.05, 0.07, 0.07  # see `amiss`
 PARTED = 0.3, 1.0  # intensities of `jaw_open` up to which teeth meet, and from which on they do not
 # What mouths do, how often: each control with how often it joins in, its least and its most.
@@ -84,10 +83,7 @@ def page_of(seed: int, index: int, names: Names) -> tuple[NDArray, ...]:
     engine = "contours" if rng.random() < CONTOURS else "conventions"
     scheme = "people" if rng.random() < 0.5 else "sparse"
     size = int(rng.integers(*PAGES))
-    worn = WORN[1] if rng.random() < WORN[0] else 1.0
-    drawing, record = make_sample(
-        seed, index, size, scheme, engine, aus=aus, grins=GRINS, worn=worn
-    )
+    drawing, record = make_sample(seed, index, size, scheme, engine, aus=aus, grins=GRINS)
     told = record.get("drawn_landmarks", record["landmarks"])
     points = np.array([told[name] for name in LANDMARKS])
     man = float(record["identity"].get("gender", 0.5))

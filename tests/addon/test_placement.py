@@ -90,7 +90,7 @@ FAR = {
     "outside": {"nose_tip": (9000, 9000)},
     "beyond": {"nose_tip": (1e300, 3)},
     "before": {"nose_tip": (-1, 300)},
-    "corner": {"nose_tip": (767, 767)},
+    "corner": {"nose_tip": (760, 760)},
     "one_place": dict.fromkeys(LANDMARKS, (300, 300)),
     "four_in_one": dict.fromkeys(("nose_tip", "chin", "forehead", "pupil_left"), (300, 300)),
     "two_in_one": dict.fromkeys(("nose_tip", "chin"), (300, 300)),
