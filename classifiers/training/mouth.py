@@ -41,6 +41,7 @@ from ..preprocess import even_ink
 from . import closer
 from .augment import AS_DRAWN, Names, artistic_page
 from .closer import amiss, soiled
+from .metrics import auc
 from .paper import spoiled
 
 log = logging.getLogger(__name__)
@@ -239,22 +240,15 @@ def figures(network: MouthNetwork, looks: Looks) -> dict[str, float]:
     yes, meets, places = looks.opened.numpy() > 0.5, looks.meets.numpy(), looks.places.numpy()
     far = np.linalg.norm(found[:, :, :2] - places, axis=2)[yes]
     gap = (opening(found[:, :, :2]) - opening(places))[yes]
-    known = yes & ~np.isnan(meets)
     return {
         "landmarks": round(float(far.mean()), 5),
         "opening": round(float(np.abs(gap).mean()), 5),
         "opening_bias": round(float(gap.mean()), 5),
-        "open_auc": round(auc(logit, yes), 4),
+        "open_auc": round(auc(yes.astype(float), logit), 4),
         "open_right": round(float(((logit > 0) == yes).mean()), 4),
-        "meet_auc": round(auc(meeting[known], meets[known] > 0.5), 4),
+        "meet_auc": round(auc(np.where(yes, meets, np.nan), meeting), 4),
         "spread": round(float((far / np.exp(found[yes, :, 2])).mean()), 4),
     }
-
-
-def auc(score: NDArray, yes: NDArray) -> float:
-    """How often a score (k,) of what is so is above one of what is not."""
-    order = np.argsort(np.argsort(score)) + 1
-    return float((order[yes].sum() - yes.sum() * (yes.sum() + 1) / 2) / (yes.sum() * (~yes).sum()))
 
 
 def learn(

@@ -6,8 +6,9 @@ import numpy as np
 
 from .artist import Artist
 from .canvas import Canvas
-from .crown import Patch, tail, worn
+from .crown import tail, worn
 from .hair import STEPS, Hair, mix
+from .patches import Patch
 from .shapes import Points, ellipse, normals, smooth, wave
 from .sitter import Sitter
 from .textures import CLOTH, WOOL, material, texture
@@ -49,9 +50,9 @@ def draw_band(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     if artist.hat == "band":  # too narrow to be told as a hat
         canvas.line("hat", band.low, 1.0)
         canvas.line("hat", band.high, 1.0)
-        canvas.cover(band.shape)
+        canvas.cover(band.outline)
     else:
-        worn(canvas, np.concatenate([band.shape, band.shape[:1]]))
+        worn(canvas, np.concatenate([band.outline, band.outline[:1]]))
 
 
 def draw_bow(canvas: Canvas, sitter: Sitter, artist: Artist, place: Points) -> None:
@@ -83,7 +84,7 @@ def draw_bow(canvas: Canvas, sitter: Sitter, artist: Artist, place: Points) -> N
     if rng.random() < 0.35:
         for side in (-1, 1):
             foot = place + size * (rng.uniform(0.3, 0.8) * side * out - rng.uniform(0.5, 1) * above)
-            worn(canvas, tail(place, foot, rng.uniform(0.05, 0.1), sitter, 0.03 * side).shape)
+            worn(canvas, tail(place, foot, rng.uniform(0.05, 0.1), sitter, 0.03 * side).outline)
 
 
 def _blossoms(canvas: Canvas, sitter: Sitter, line: Points) -> None:

@@ -50,7 +50,7 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     outlines = [patch.outline for patch in patches]
     if kind == "outline":
         hem = _locks(canvas, sitter, patches[0])
-        outlines = [np.concatenate([patches[0].top, hem[::-1]])]
+        outlines = [np.concatenate([patches[0].high, hem[::-1]])]
     for outline in outlines:
         canvas.mark("beard", outline)
     if kind == "black":
@@ -61,7 +61,7 @@ def draw_beard(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     else:
         _hatched(canvas, sitter, kind, patches)
     # Thick hair hides the line of the jaw, and what hangs the neck.
-    hangs = float(((patches[0].hem - _jaw(sitter)[0]) @ sitter.down).max()) > 0.1 * sitter.unit
+    hangs = float(((patches[0].low - _jaw(sitter)[0]) @ sitter.down).max()) > 0.1 * sitter.unit
     thick = kind in ("full", "black", "outline")
     if thick and (hangs or rng.random() < 0.6) or kind in LONG and rng.random() < 0.4:
         canvas.cover(outlines[0])
@@ -157,7 +157,7 @@ def _strip(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) ->
     share = 1.0 if kind == "jawline" else rng.choice([rng.uniform(0.3, 0.6), 1.0])
     jaw, middle = _jaw(sitter, share)
     thick = rng.uniform(0.08, 0.22) * np.sin(np.linspace(0.15, np.pi - 0.15, COLUMNS)) ** 0.4
-    return Patch(jaw + thick[:, None] * (middle - jaw), jaw)
+    return Patch(jaw, jaw + thick[:, None] * (middle - jaw))
 
 
 def _soul(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) -> Patch:
@@ -170,7 +170,7 @@ def _soul(sitter: Sitter, mouth: Mouth, kind: str, rng: np.random.Generator) -> 
     lip = middle + rng.uniform(0.6, 1.1) * (lip - middle)
     bend = np.abs(np.linspace(-1, 1, COLUMNS))[:, None]
     hem = foot + width * (lip - middle) - 0.2 * bend * (foot - middle)
-    return Patch(lip, hem)
+    return Patch(hem, lip)
 
 
 def _upper_lip(sitter: Sitter, mouth: Mouth, rng: np.random.Generator) -> Patch:
@@ -232,7 +232,7 @@ def _hatched(canvas: Canvas, sitter: Sitter, kind: str, patches: list[Patch]) ->
         for patch in patches:
             canvas.blacken(patch.outline, angle, sparse, "beard", rng.uniform(0.4, 0.9), True)
     if kind in ("jawline", "strip") or kind in ("shadow", "stubble") and rng.random() < 0.4:
-        jaw = Patch(0.75 * patches[0].hem + 0.25 * patches[0].top, patches[0].hem)
+        jaw = patches[0].strip((0, 0.25), (0, 0.25), 0.0)
         band = patches[0] if kind in ("jawline", "strip") else jaw
         along(canvas, "beard", band, int(rng.integers(4, 14)), 0.8, rng.uniform(0.5, 1), True)
     if kind == "full" and rng.random() < 0.35:  # a tone under the hairs
@@ -257,18 +257,18 @@ def hairs(
     """
     rng = canvas.rng
     width = rng.uniform(0.6, 1.0)
-    size = min(size, 0.6 * float(np.hypot(*(patch.hem - patch.top).T).max()))
-    across, depth = patch.scattered(rng, patch.covered(canvas, cover, size, width), low)
+    size = min(size, 0.6 * float(patch.tall.max()))
+    across, up = patch.scattered(rng, patch.covered(canvas, cover, size, width), low)
     lit = np.exp(-(((across[:, None] - np.array(shine)) / 0.035) ** 2)).sum(axis=1)
-    kept = rng.random(len(across)) > 0.9 * lit * (depth < 0.85)
-    across, depth = across[kept], depth[kept]
-    roots = patch.at(across, depth)
+    kept = rng.random(len(across)) > 0.9 * lit * (up > 0.15)
+    across, up = across[kept], up[kept]
+    roots = patch.at(across, up)
     locks = wave(rng, 1, 200, 4.0)[0][(199 * across).astype(int)]
     ways = growth(sitter, roots, fan, forward, 0.2 * locks + 0.14 * rng.normal(size=len(roots)))
     long = size * rng.uniform(0.6, 1.35, len(roots))
     # Hairs stand over the hem by their tips, and little more.
-    roots = roots - (0.6 * depth * long)[:, None] * ways
-    soft = strength * (0.6 + 0.4 * np.sqrt(depth))
+    roots = roots - (0.6 * (1 - up) * long)[:, None] * ways
+    soft = strength * (0.6 + 0.4 * np.sqrt(1 - up))
     ticks(canvas, "beard", roots, long[:, None] * ways, width, soft, rng.normal(0, 0.08))
 
 
@@ -278,8 +278,8 @@ def _black(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
     sparse, angle = rng.uniform(0.8, 2.1), rng.uniform(0.9, 2.2)
     area = np.array(canvas.area(patch.outline))
     for _ in range(int(rng.choice([0, 0, 2, 4, 8]))):
-        t, depth = rng.uniform(0.1, 0.9), rng.uniform(0.1, 0.5)
-        ends = patch.at(np.array([t, t + 0.02, t]), np.array([depth, depth + 0.15, depth + 0.35]))
+        t, up = rng.uniform(0.1, 0.9), rng.uniform(0.5, 0.9)
+        ends = patch.at(np.array([t, t + 0.02, t]), np.array([up, up - 0.15, up - 0.35]))
         line = smooth(ends, 9)
         area &= ~canvas.area(
             ribbon(line, (0.4 + rng.uniform(0.5, 1.5) * np.sin(np.linspace(0, np.pi, 9))))
@@ -287,12 +287,12 @@ def _black(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
     canvas.blacken(patch.outline, angle, sparse, area=area)
     fan = rng.uniform(0, 1)
     if rng.random() < 0.6:
-        edges = [Patch(0.1 * patch.top + 0.9 * patch.hem, patch.hem)]
-        edges += [Patch(patch.top, 0.85 * patch.top + 0.15 * patch.hem)] * (rng.random() < 0.5)
+        edges = [patch.strip((0, 0.1), (0, 0.1), 0.0)]
+        edges += [patch.strip((0.85, 1), (0.85, 1), 0.0)] * (rng.random() < 0.5)
         for edge in edges:
             hairs(canvas, sitter, edge, 1.0, 0.09 * sitter.unit, 1.0, 1.0, fan, 0.0)
     else:
-        canvas.line("beard", patch.hem, 1.0)
+        canvas.line("beard", patch.low, 1.0)
 
 
 def _locks(canvas: Canvas, sitter: Sitter, patch: Patch) -> Points:
@@ -301,18 +301,18 @@ def _locks(canvas: Canvas, sitter: Sitter, patch: Patch) -> Points:
     if rng.random() < 0.5:
         # The jaw runs from the picture's right to its left: outward is to its left.
         size, count = rng.uniform(0.02, 0.06) * sitter.unit, int(rng.integers(7, 22))
-        return scalloped(patch.hem, size, count, -1.0)
+        return scalloped(patch.low, size, count, -1.0)
     ripple = 0.02 * sitter.unit * np.sin(np.linspace(0, rng.uniform(20, 60), 80))
-    return smooth(patch.hem, 80) + ripple[:, None] * sitter.down
+    return smooth(patch.low, 80) + ripple[:, None] * sitter.down
 
 
 def _white(canvas: Canvas, patch: Patch, hem: Points) -> None:
     """An outline, and perhaps some locks within: old men's beards are white."""
     rng = canvas.rng
     canvas.line("beard", hem, 1.0)
-    canvas.line("beard", smooth(patch.top[::3], 40), 0.8)
+    canvas.line("beard", smooth(patch.high[::3], 40), 0.8)
     bow = 0.03 * np.sin(rng.uniform(0, 6) + np.linspace(0, rng.uniform(1, 5), 8))
     for t in rng.uniform(0.05, 0.95, int(rng.choice([0, 6, 14, 25]))):
-        a, b = np.sort(rng.uniform(0.1, 0.98, 2))
+        a, b = np.sort(rng.uniform(0.02, 0.9, 2))
         lock = patch.at(np.clip(t + bow, 0, 1), np.linspace(a, b, 8))
         canvas.line("beard", lock, 0.7, rng.uniform(0.5, 1), loose=0.3)

@@ -7,7 +7,8 @@ import numpy as np
 from .artist import Artist
 from .bands import draw_bow
 from .canvas import Canvas
-from .crown import Patch, radius, tail, worn
+from .crown import radius, tail, worn
+from .patches import Patch
 from .shapes import Points, ellipse, smooth, wave
 from .sitter import RAYS, Sitter
 from .textures import WOOL, locks, material, ribs, texture, wool
@@ -27,7 +28,7 @@ def beanie(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: 
             wool(canvas, sitter, edge)
         elif how < 0.7:
             texture(canvas, sitter, edge, material(rng, artist, WOOL))
-        worn(canvas, np.concatenate([edge.shape, edge.shape[:1]]))
+        worn(canvas, np.concatenate([edge.outline, edge.outline[:1]]))
     elif kind < 0.75:  # a hem of short strokes
         hem = raised(crown.low, 0.4 * fold, 0.0, sitter)
         ribs(canvas, sitter, hem)
@@ -80,8 +81,8 @@ def _beside(
 def _hanging(canvas: Canvas, sitter: Sitter, stuff: str, fall: Patch) -> None:
     """Cloth beside the face, between the line at the face and the outer one, downward."""
     rng = canvas.rng
-    canvas.mark("hair", fall.shape)
-    canvas.mark("hat", fall.shape)
+    canvas.mark("hair", fall.outline)
+    canvas.mark("hat", fall.outline)
     for share in rng.uniform(0.1, 0.9, int(rng.integers(0, 4))):
         canvas.line("hat", fall.at(np.linspace(rng.uniform(0, 0.4), 1, 14), share), 0.7)
     if stuff != "black" and rng.random() < 0.3:  # its folds
@@ -89,7 +90,7 @@ def _hanging(canvas: Canvas, sitter: Sitter, stuff: str, fall: Patch) -> None:
     texture(canvas, sitter, fall, stuff)
     canvas.line("hat", fall.low, 1.0)
     canvas.line("hat", fall.high, 1.0)
-    canvas.cover(fall.shape)
+    canvas.cover(fall.outline)
 
 
 def veil(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
@@ -156,7 +157,7 @@ def tied(canvas: Canvas, sitter: Sitter, artist: Artist, place: Points, side: in
         strip = tail(place, end, rng.uniform(0.05, 0.13), sitter, side * rng.uniform(-0.05, 0.1))
         for share in rng.uniform(0.2, 0.8, int(rng.integers(0, 4))):
             canvas.line("hat", strip.at(np.linspace(0, 0.9, 10), share), 0.6)
-        worn(canvas, np.concatenate([strip.shape, strip.shape[:1]]))
+        worn(canvas, np.concatenate([strip.outline, strip.outline[:1]]))
 
 
 def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:
@@ -174,7 +175,7 @@ def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: st
         if rng.random() < 0.4:
             locks(canvas, sitter, front)
         canvas.line("hat", front.high, 1.0)
-        canvas.cover(front.shape)
+        canvas.cover(front.outline)
     side = int(rng.choice([-1, 1]))
     folded = rng.random()
     for k in range(int(rng.integers(1, 7))):
@@ -190,7 +191,7 @@ def wrap(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: st
             canvas.line("hat", strip.at(np.linspace(begin, end, 14), share), 0.7)
         canvas.line("hat", strip.low, 1.0)
         canvas.line("hat", strip.high, 1.0)
-        canvas.cover(strip.shape)
+        canvas.cover(strip.outline)
         side = -side if rng.random() < 0.7 else side
 
 

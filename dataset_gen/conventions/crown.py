@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
+from .patches import Patch
 from .shapes import Points, smooth, wave
 from .sitter import RAYS, Sitter
 
@@ -23,39 +22,6 @@ DEEP = {"beanie": 0.6, "wrap": 0.8, "skullcap": 0.4, "bandana": 0.3, "scarf": 0.
         "helmet": 0.3}  # fmt: skip
 SLACK = {"beanie": 0.4, "wrap": 0.5, "cap": 0.25, "flat": 0.4, "hood": 0.2}
 ABOVE = (0.36, 0.82)  # units above the eyes where a rim crosses the forehead
-
-
-@dataclass(frozen=True)
-class Patch:
-    """What lies between two lines (k, 2) that run from the picture's left to its right: a crown
-    between its rim over the forehead and its dome, a fold, a band."""
-
-    low: Points
-    high: Points
-
-    @property
-    def shape(self) -> Points:
-        return np.concatenate([self.high, self.low[::-1]])
-
-    def at(self, across: NDArray | float, up: NDArray | float) -> Points:
-        """Places (..., 2): a share of the way from left to right, and from low to high."""
-        low, high = (_along(line, np.clip(across, 0, 1)) for line in (self.low, self.high))
-        return low + np.asarray(up, float)[..., None] * (high - low)
-
-    def strip(self, left: tuple[float, float], right: tuple[float, float], bow: float) -> Patch:
-        """A part of it from side to side, between so much `up` at the left and at the right."""
-        t = np.linspace(0, 1, 25)
-        low, high = (
-            np.clip(left[k] + (right[k] - left[k]) * t + bow * np.sin(np.pi * t), 0, 1)
-            for k in (0, 1)
-        )
-        return Patch(self.at(t, low), self.at(t, high))
-
-
-def _along(line: Points, share: NDArray | float) -> Points:
-    k = np.arange(len(line))
-    place = np.asarray(share, float) * (len(line) - 1)
-    return np.stack([np.interp(place, k, line[:, c]) for c in (0, 1)], axis=-1)
 
 
 def make_crown(canvas: Canvas, sitter: Sitter, artist: Artist) -> Patch:

@@ -9,7 +9,8 @@ import numpy as np
 from .artist import Artist
 from .canvas import Canvas
 from .cloths import bandana, beanie, hood, raised, scarf, veil, wrap
-from .crown import Patch, make_crown, worn
+from .crown import make_crown, worn
+from .patches import Patch
 from .shapes import ellipse, ribbon, smooth
 from .sitter import Sitter
 from .textures import CLOTH, FELT, WOOL, Odds, material, texture
@@ -18,8 +19,8 @@ from .textures import CLOTH, FELT, WOOL, Odds, material, texture
 def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     """A cap, a hat or a cloth, which hides hair and skull."""
     crown = make_crown(canvas, sitter, artist)
-    canvas.mark("hair", crown.shape)  # what is worn on hair stands for it
-    canvas.mark("hat", crown.shape)
+    canvas.mark("hair", crown.outline)  # what is worn on hair stands for it
+    canvas.mark("hat", crown.outline)
     part, odds = KINDS[artist.hat]
     stuff = material(canvas.rng, artist, odds)
     part(canvas, sitter, artist, crown, stuff)
@@ -28,8 +29,8 @@ def draw_hat(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     if canvas.rng.random() < BADGED.get(artist.hat, 0.05):
         _badge(canvas, sitter, crown)
     texture(canvas, sitter, crown, stuff)
-    canvas.line("hat", crown.shape, 1.1)
-    canvas.cover(crown.shape)
+    canvas.line("hat", crown.outline, 1.1)
+    canvas.cover(crown.outline)
 
 
 def _brim(canvas: Canvas, sitter: Sitter, artist: Artist, crown: Patch, stuff: str) -> None:

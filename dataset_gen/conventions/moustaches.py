@@ -89,7 +89,7 @@ def _grown(sitter: Sitter, mouth: Mouth, form: Form, rng: np.random.Generator) -
     top = hem + (thick * profile)[:, None] * up
     gap = rng.uniform(*form.gap)
     if gap < 0.05:
-        return [Patch(top, hem)]
+        return [Patch(hem, top)]
     return [Patch.between(top[own], hem[own]) for own in (t < -gap, t > gap)]
 
 
@@ -98,22 +98,22 @@ def _draw(canvas: Canvas, sitter: Sitter, patch: Patch, way: str) -> None:
     if way == "line":
         for _ in range(int(rng.integers(1, 4))):
             share = rng.uniform(0.3, 0.7)
-            line = share * patch.top + (1 - share) * patch.hem
+            line = share * patch.high + (1 - share) * patch.low
             canvas.line("beard", line, rng.uniform(0.9, 1.8))
     elif way == "black":
         canvas.fill(patch.outline)
     elif way == "outline":
         count, size = int(rng.integers(5, 14)), rng.uniform(0.01, 0.035) * sitter.unit
         # Down from the line that runs from the picture's left to its right is to its right.
-        canvas.line("beard", scalloped(patch.hem, size, count, 1.0), 0.9)
-        canvas.line("beard", even(patch.top, 30), 0.9)
+        canvas.line("beard", scalloped(patch.low, size, count, 1.0), 0.9)
+        canvas.line("beard", even(patch.high, 30), 0.9)
         _combed(canvas, sitter, patch, int(rng.choice([0, 4, 9])), 0.6)
     elif way == "few":
         _combed(canvas, sitter, patch, int(rng.integers(5, 14)), 0.9)
     else:
         if way == "mass":
             canvas.blacken(patch.outline, rng.uniform(1.2, 1.9), 1.0)
-        size = float(np.clip(np.hypot(*(patch.top - patch.hem).T).mean(), 3, None))
+        size = float(np.clip(patch.tall.mean(), 3, None))
         cover = rng.uniform(*COVER[way])
         _combed(canvas, sitter, patch, patch.covered(canvas, cover, 0.8 * size, 0.85), 0.85)
 
@@ -123,11 +123,11 @@ def _combed(canvas: Canvas, sitter: Sitter, patch: Patch, count: int, width: flo
     rng = canvas.rng
     if not count:
         return
-    across, depth = patch.scattered(rng, count, rng.uniform(0.8, 1.4))
+    across, up = patch.scattered(rng, count, rng.uniform(0.8, 1.4))
     t = np.clip(across, 0.02, 0.98)
-    rim = patch.at(np.clip(t + 0.02, 0, 1), depth) - patch.at(t - 0.02, depth)
+    rim = patch.at(np.clip(t + 0.02, 0, 1), up) - patch.at(t - 0.02, up)
     rim /= np.maximum(np.hypot(*rim.T), 1e-6)[:, None]
-    roots = patch.at(across, depth)
+    roots = patch.at(across, up)
     middle = (Mouth(sitter).line.mean(axis=0) - sitter.origin) @ sitter.right
     side = ((roots - sitter.origin) @ sitter.right - middle) / (0.3 * sitter.unit)
     lean = np.clip(rng.uniform(0.5, 2.5) * side, -2.5, 2.5) + 0.15 * rng.normal(size=count)
@@ -135,6 +135,6 @@ def _combed(canvas: Canvas, sitter: Sitter, patch: Patch, count: int, width: flo
     ways /= np.hypot(*ways.T)[:, None]
     tall = np.hypot(*(patch.at(across, np.ones(count)) - patch.at(across, np.zeros(count))).T)
     long = np.maximum(rng.uniform(0.4, 1.0, count) * tall, 0.03 * sitter.unit)
-    roots = roots - (0.7 * depth * long)[:, None] * ways
+    roots = roots - (0.7 * (1 - up) * long)[:, None] * ways
     ticks(canvas, "beard", roots, long[:, None] * ways, width, rng.uniform(0.7, 1, count),
           rng.normal(0, 0.08))  # fmt: skip

@@ -1,4 +1,4 @@
-"""Patches of skin between two lines, and the short strokes that hatch shade and hair on them."""
+"""Patches between two lines, and the short strokes that hatch shade and hair on them."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ TAPER = np.array([0.8, 1.0, 0.5])  # how strong a short stroke is along it
 
 @dataclass(frozen=True)
 class Patch:
-    """Skin between two lines (COLUMNS, 2) px, both from the same side to the other."""
+    """What lies between two lines (k, 2) px that run from the same side to the other: skin that is
+    hatched or hairy, a crown between its rim over the forehead and its dome, a fold, a band."""
 
-    top: Points
-    hem: Points
+    low: Points
+    high: Points
 
     @classmethod
-    def between(cls, top: NDArray, hem: NDArray) -> Patch:
-        """Between two lines of any number of points."""
-        return cls(even(np.asarray(top, float), COLUMNS), even(np.asarray(hem, float), COLUMNS))
+    def between(cls, high: NDArray, low: NDArray) -> Patch:
+        """Between two lines of any numbers of points, now COLUMNS, evenly along each."""
+        return cls(*(even(np.asarray(line, float), COLUMNS) for line in (low, high)))
 
     @property
     def outline(self) -> Points:
-        """(2 * COLUMNS, 2)"""
-        return np.concatenate([self.top, self.hem[::-1]])
+        """(k, 2)"""
+        return np.concatenate([self.high, self.low[::-1]])
 
     @property
     def size(self) -> float:
@@ -38,32 +39,50 @@ class Patch:
         x, y = self.outline.T
         return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
-    def at(self, across: NDArray, depth: NDArray) -> Points:
-        """(n, 2) places at shares (n,) of the way from side to side, and from top to hem."""
-        k = np.clip(across * (COLUMNS - 1), 0, COLUMNS - 1.001)
-        whole, rest = k.astype(int), (k % 1)[:, None]
-        top, hem = (
-            line[whole] * (1 - rest) + line[whole + 1] * rest for line in (self.top, self.hem)
+    @property
+    def tall(self) -> NDArray[np.float64]:
+        """(k,) pixels from low to high, of lines of as many points."""
+        return np.hypot(*(self.high - self.low).T)
+
+    def at(self, across: NDArray | float, up: NDArray | float) -> Points:
+        """Places (..., 2): a share of the way from side to side, and from low to high."""
+        low, high = (_share_of(line, np.clip(across, 0, 1)) for line in (self.low, self.high))
+        return low + np.asarray(up, float)[..., None] * (high - low)
+
+    def strip(self, left: tuple[float, float], right: tuple[float, float], bow: float) -> Patch:
+        """A part of it from side to side, between so much `up` at the left and at the right."""
+        t = np.linspace(0, 1, 25)
+        low, high = (
+            np.clip(left[k] + (right[k] - left[k]) * t + bow * np.sin(np.pi * t), 0, 1)
+            for k in (0, 1)
         )
-        return top + depth[:, None] * (hem - top)
+        return Patch(self.at(t, low), self.at(t, high))
 
     def scattered(
         self, rng: np.random.Generator, count: int, low: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Places (count,), (count,) on the patch by lot, as many on a pixel wherever it is.
+        """Places (count,), (count,) for `at` by lot, as many on a pixel wherever it is, of lines of
+        as many points.
 
-        low : 1 evenly from top to hem, above more of them at the hem, below at the top
+        low : 1 evenly from low to high, above more of them below, else above
         """
-        tall = np.hypot(*(self.hem - self.top).T)
-        wide = np.hypot(*np.gradient((self.hem + self.top) / 2, axis=0).T)
-        share = np.cumsum(tall * wide + 1e-9)
-        column = np.interp(rng.uniform(0, share[-1], count), share, np.linspace(0, 1, COLUMNS))
-        return column, 1 - rng.uniform(0, 1, count) ** low
+        wide = np.hypot(*np.gradient((self.low + self.high) / 2, axis=0).T)
+        share = np.cumsum(self.tall * wide + 1e-9)
+        columns = np.linspace(0, 1, len(share))
+        across = np.interp(rng.uniform(0, share[-1], count), share, columns)
+        return across, rng.uniform(0, 1, count) ** low
 
     def covered(self, canvas: Canvas, cover: float, length: float, width: float) -> int:
         """How many strokes of such a length (px) and width (of the pen's) have `cover` times the
         area of the patch, at most MOST."""
         return int(min(MOST, 1 + cover * self.size / max(canvas.pen * width * length, 1.0)))
+
+
+def _share_of(line: Points, share: NDArray | float) -> Points:
+    """Points (..., 2) of a line (k, 2), a share of its points from its beginning."""
+    k = np.arange(len(line))
+    place = np.asarray(share, float) * (len(line) - 1)
+    return np.stack([np.interp(place, k, line[:, c]) for c in (0, 1)], axis=-1)
 
 
 def ticks(
@@ -96,15 +115,14 @@ def along(
     strength: float = 1.0,
     within: bool = False,
 ) -> None:
-    """Long strokes from side to side of a patch, each a piece of the way, nearer to its hem."""
+    """Long strokes from side to side of a patch, each a piece of the way, most of them low."""
     rng = canvas.rng
     swing = 0.08 * wave(rng, count, 16)
     for k in range(count):
         a, b = np.sort(rng.uniform(0, 1, 2))
         a, b = max(0.0, a - 0.12), min(1.0, b + 0.12)
         t = np.linspace(a, b, 16)
-        depth = np.clip(1 - rng.uniform(0, 1) ** 1.6 + swing[k], 0, 1)
-        line = patch.at(t, depth)
+        line = patch.at(t, np.clip(rng.uniform(0, 1) ** 1.6 - swing[k], 0, 1))
         canvas.line(kind, line, width, strength * rng.uniform(0.6, 1), loose=0.5, within=within)
 
 

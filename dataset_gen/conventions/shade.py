@@ -157,8 +157,8 @@ def _shaded(
     else:
         size = rng.uniform(0.04, 0.14) * sitter.unit
         count = patch.covered(canvas, rng.uniform(0.3, 0.9), size, 0.8)
-        across, depth = patch.scattered(rng, count, rng.uniform(0.6, 1.4))
-        roots, long = patch.at(across, depth), size * rng.uniform(0.6, 1.3, count)
+        across, up = patch.scattered(rng, count, rng.uniform(0.6, 1.4))
+        roots, long = patch.at(across, up), size * rng.uniform(0.6, 1.3, count)
         slant = angle + rng.normal(0, 0.12, count)
         ways = long[:, None] * np.stack([np.cos(slant), np.sin(slant)], axis=1)
         ticks(canvas, "hatch", roots - ways / 2, ways, 0.8, dark, within=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .artist import Artist, lot
 from .canvas import Canvas
-from .crown import Patch
+from .patches import Patch
 from .shapes import ellipse, normals, smooth
 from .sitter import Sitter
 
@@ -93,9 +93,9 @@ def hatch(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
     rng = canvas.rng
     lean, gap = float(rng.uniform(0, np.pi)), float(rng.uniform(1.6, 5))
     dark = float(rng.uniform(0.3, 0.9))
-    canvas.blacken(patch.shape, lean, gap, "hat", dark)
+    canvas.blacken(patch.outline, lean, gap, "hat", dark)
     if rng.random() < 0.35:
-        canvas.blacken(patch.shape, lean + float(rng.uniform(0.5, 1.6)), gap, "hat", dark)
+        canvas.blacken(patch.outline, lean + float(rng.uniform(0.5, 1.6)), gap, "hat", dark)
 
 
 def pattern(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
@@ -139,7 +139,7 @@ def black(canvas: Canvas, sitter: Sitter, patch: Patch) -> None:
             wide = half * np.sin(np.linspace(0, np.pi, 12))
             sides = [patch.at(across - wide, up), patch.at(across + wide, up)[::-1]]
             canvas.cover(np.concatenate(sides))
-    canvas.blacken(patch.shape, float(rng.uniform(-0.5, 0.8)))
+    canvas.blacken(patch.outline, float(rng.uniform(-0.5, 0.8)))
 
 
 TEXTURES: dict[str, Callable[[Canvas, Sitter, Patch], None]] = {
