@@ -56,10 +56,11 @@ HARDER = ("rim", "shorn", "quiff", "flat", "tail")  # little ink, or far from th
 
 @pytest.mark.parametrize(
     ("engine", "count", "bars"),
-    [("contours", COUNT, (0.79,)), ("conventions", 2 * COUNT, (0.82, 0.78))],
+    [("contours", COUNT, (0.79,)), ("conventions", 2 * COUNT, (0.85, 0.78))],
 )
 def test_hair_is_found_on_drawings_that_it_has_not_seen(engine, count, bars):
-    """By conventions, heads without a hat whose hair lies, and the others."""
+    """By conventions, heads without a hat whose hair lies, and the others; ears before hair count
+    as hair, as in what the network has learnt from."""
     overlaps: tuple[list, ...] = tuple([] for _ in bars)
     coarse = []
     detector = load_detector()
@@ -67,8 +68,7 @@ def test_hair_is_found_on_drawings_that_it_has_not_seen(engine, count, bars):
         drawing, record = make_sample(SEED, k, PAGE, "people", engine, hair=1.0)
         artist = record.get("artist", {"cut": "", "hat": "none"})
         harder = artist["cut"] in HARDER or artist["hat"] != "none"
-        ears = painted(record, "ear") & ~painted(record, "hat")
-        true = painted(record, "hair") & ~ears
+        true = painted(record, "hair")
         page = drawing.astype(np.float32) / 255
         found = detector.detect(page)
         before = detector.read(as_page(page)).mask
