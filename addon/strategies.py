@@ -28,7 +28,7 @@ LEAST_FACE = 0.5
 # mouths are known, so that few shut ones are opened. The distance between its rims is at best told
 # with LEAST_GAP, a share of the head, else as its landmarks are.
 OPENED, LEAST_GAP = 2.0, 0.008
-MEETING = 0.6
+MEETING = 0.5
 """How probable it is that teeth meet in it, from which on the jaw is taken for shut."""
 
 
