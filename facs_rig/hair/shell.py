@@ -30,7 +30,7 @@ WAVELENGTH = 0.055  # metres of a wave of hair
 THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
 ROOTED = (0.003, 0.6)  # metres that such hair stands off at most where it begins, and as it goes on
 GONE = (0.010, 0.006)  # metres of a column below which it sinks into the skin, and how deep
-LOCKS, ROOM = 0.009, 0.7  # metres that tips are uneven, and share of a column from which on
+LOCKS, ROOM = 0.005, 0.7  # metres that tips are uneven, and share of a column from which on
 STEEP = 0.10  # metres a radian of an edge that is not level
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
@@ -171,7 +171,7 @@ def _tips(azimuth: NDArray, edge: NDArray) -> NDArray[np.float64]:
     rise = np.roll(edge, -1) - np.roll(edge, 1)
     run = (np.roll(azimuth, -1) - np.roll(azimuth, 1)) % (2 * np.pi)
     level = 1 / (1 + (rise / run / STEEP) ** 2)
-    return level * (np.cos(31 * azimuth) + np.cos(23 * azimuth)) / 2
+    return level * (np.cos(10 * azimuth) + np.cos(7 * azimuth)) / 2
 
 
 def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:
