@@ -24,7 +24,10 @@ CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
 DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
-GROOVE = (0.5, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
+# Share of its thickness that hair loses at a parting, metres of it at most, and metres to the whole;
+# and from where on its sides may be of unlike thickness.
+GROOVE, ALIKE = (0.5, 0.004, 0.012), 0.06
+SHORT = 0.22  # metres of a column that loses the share whatever that is
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
 WAVELENGTH = 0.055  # metres of a wave of hair
 THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
@@ -237,9 +240,18 @@ def _sheets(
     """(c, r, 3) metres, the outer and the inner sheet."""
     widest = head.middle[1] - head.eyes[1]
     thick = _thickness(cut, azimuth, share)
-    if cut.part is not None or cut.top is not None:
-        least, reach = GROOVE if cut.top is None else THINNER
+    if cut.top is not None:
+        least, reach = THINNER
         thick = thick * (least + (1 - least) * np.clip(along / reach, 0, 1) ** 0.5)
+    else:  # both sides of where hair parts begin at the same place
+        step = thick[-np.arange(len(thick)), :1] - thick[:, :1]
+        thick = thick + step / 2 * np.clip(1 - along / ALIKE, 0, 1) ** 2
+    if cut.part is not None and cut.top is None:
+        share, most, reach = GROOVE
+        short = np.clip(1 - along[:, -1:] / SHORT, 0, 1)  # a hairline is near
+        lost = share * thick[:, :1]
+        lost = short * lost + (1 - short) * np.minimum(lost, most)
+        thick = thick - lost * (1 - np.clip(along / reach, 0, 1) ** 0.5)
     sunk = np.zeros((len(azimuth), 1))
     if cut.top is not None:
         there = np.clip(along[:, -1:] / GONE[0], 0, 1)
