@@ -25,7 +25,7 @@ LAYERS = (
     0.004,
     0.014,
 )  # of how far hair falls, at least and at most: metres that tips differ
-CLUMP, DRAWN, BRUSH = 0.018, 0.3, 0.7  # metres across, how far it is drawn together, how pointed
+CLUMP, DRAWN, BRUSH = 0.018, 0.3, 0.5  # metres across, how far it is drawn together, how pointed
 OVERLAP, WIDEST_TIP = 3.2, 0.014  # times as wide as they are apart, and metres at most
 CURLY = 0.5  # curl at which tips are the curls themselves
 BENT = (0.0, 0.003)  # metres that tips bend in
@@ -96,8 +96,8 @@ def tip_paths(
     near = np.rint(start).astype(np.intp) % columns
     fall = np.linalg.norm(outer[:, 1:] - outer[:, :-1], axis=-1).sum(axis=1)[near]
     zone = np.clip(LAYERS[0] * fall, *LAYERS[1:])
-    longer = rng.normal(0, 0.4, len(borders))[clump] - BRUSH * np.abs(aside) ** 1.5
-    longer = zone * np.clip(longer + 0.6 - rng.exponential(0.3, count), -2.0, 1)
+    longer = rng.normal(0, 0.3, len(borders))[clump] - BRUSH * np.abs(aside) ** 1.5
+    longer = zone * np.clip(longer + 0.5 - rng.exponential(0.25, count), -2, 1)
     length = np.minimum(rng.uniform(*LENGTH, count), 0.45 * fall)
     metres = (length + longer)[:, None] * t - length[:, None]
     end = column(place + drawn)
