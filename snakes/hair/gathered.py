@@ -32,6 +32,9 @@ TURNED = 0.3
 """Sine of the head's turn from which on a tail is taken to hang in its plane of symmetry."""
 LOW = 0.2
 """Metres below the eyes where falling hair has no buns."""
+FLARES, INWARD = 0.2, 0.01
+"""Share of its height at which a piece has hair beside it, so many metres towards the head, from
+which on it is no tail: tails have skin or paper beside them."""
 PLACES = 5
 """Along a tail."""
 
@@ -49,8 +52,28 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     label, count = ndimage.label(ndimage.binary_opening(beyond, iterations=2))
     size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
     largest = np.argsort(-size)[:MOST] + 1
-    found = [_ball(sight, label == k) for k in largest if size[k - 1] >= LEAST]
+    pieces = [label == k for k in largest if size[k - 1] >= LEAST]
+    found = [_ball(sight, piece) for piece in pieces if not _flares(sight, piece)]
     return tuple(_held(sight, cut, ball) for ball in found if ball is not None)
+
+
+def _flares(sight: Sight, piece: NDArray) -> bool:
+    """Whether a piece (h, w) bool of the page is the side of hair that falls, farther out than a
+    surface is: below the eyes, with hair beside it towards the head."""
+    right = np.array([-sight.up[1], sight.up[0]])
+    v, u = np.nonzero(piece)
+    cells = np.stack([u, v], axis=1).astype(float)
+    aside, up = ((cells - sight.middle) @ way for way in (right, sight.up))
+    eyes = (sight.cells(sight.head.eyes) - sight.middle) @ sight.up
+    level = np.rint(up.max() - up).astype(np.intp)
+    inmost = np.full(level.max() + 1, np.inf)
+    np.minimum.at(inmost, level, np.abs(aside))
+    there = np.flatnonzero(np.isfinite(inmost))
+    side = np.sign(np.median(aside)) * (inmost[there] - INWARD * sight.unit)
+    inward = sight.middle + side[:, None] * right + (up.max() - there)[:, None] * sight.up
+    hair = sight.page.hair & ~piece
+    u, v = np.clip(np.rint(inward).astype(int), 0, np.array(hair.shape[::-1]) - 1).T
+    return bool(up.max() < eyes and hair[v, u].mean() > FLARES)
 
 
 def _held(sight: Sight, cut: Cut, ball: Ball) -> Ball:

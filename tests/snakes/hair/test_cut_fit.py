@@ -15,6 +15,7 @@ from facs_rig.hair.head import head_of
 from facs_rig.hair.presets import preset
 from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
+from snakes.hair.gathered import gathered
 from snakes.hair.region import PageHair
 from snakes.hair.sight import Sight
 from snakes.hair.steady import steadiest
@@ -145,6 +146,24 @@ def test_nothing_hangs_from_nothing(hairy):
     surface = cKDTree(made.points[made.outer.ravel()])
     for tail in made.tails:
         assert surface.query(made.points[tail.ravel()])[0].min() < 0.012
+
+
+def test_the_side_of_hair_that_spreads_is_no_tail(hairy):
+    """Beside a surface that does not reach it, as at a page's edge; over a gap it is one."""
+    scene = hairy("bob", 0)
+    head = head_of(load_rig(), scene.parameters.identity)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    low = np.flatnonzero(scene.hair.any(axis=1))[-1] - 6
+    side = np.flatnonzero(scene.hair[low - 6])[0]
+    tall = 0.3 * scene.unit
+    wide = 0.15 * scene.unit + 0.4 * (v - low + tall)
+    spread = (v <= low) & (v > low - tall) & (u <= side) & (side - u < wide)
+    found = []
+    for gap in (0, round(0.12 * scene.unit)):
+        page = page_of(scene, scene.hair | np.roll(spread, -gap, axis=1))
+        sight = Sight.of(page, load_rig(), scene.parameters, scene.vertices, scene.camera, head)
+        found.append(len(gathered(sight, preset("bob"))))
+    assert found == [0, 1]
 
 
 def test_hair_that_leaves_the_page_does_not_end_there(hairy):
