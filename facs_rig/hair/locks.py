@@ -9,7 +9,7 @@ sides of a face it does not end at the edge, but runs down along it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +21,7 @@ from .cut import Cut
 from .head import WIDEST
 from .hem import hanging, tip_paths, tucked
 from .presets import HAIRLINE
-from .shell import WAVELENGTH, Shell, edge_heights, shell, wave_phase
+from .shell import WAVELENGTH, Shell, edge_heights, lowered, shell, wave_phase
 
 FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
 COARSE, FINE = (36, 11), (72, 20)  # columns and rows of the shell from detail 0 to FINE_FROM
@@ -99,15 +99,6 @@ def _together(one: Locks, other: Locks) -> Locks:
         for name in ("points", "uv", "tone")
     )
     return Locks(points, quads, uv, tone)
-
-
-def lowered(shell: Shell, share: float) -> Shell:
-    """The shell with so much of its thickness gone."""
-    if not share:
-        return shell
-    points = shell.points.copy()
-    points[shell.outer] += share * (points[shell.inner] - points[shell.outer])
-    return replace(shell, points=points)
 
 
 def locks(

@@ -8,7 +8,7 @@ outer sheet carries the hair's look, a second one lies a little off the skin, an
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,8 +24,8 @@ CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
 DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
-# Share of its thickness that hair loses at a parting, metres of it at most, and metres to the whole;
-# and from where on its sides may be of unlike thickness.
+# Share of its thickness that hair loses at a parting, metres of it at most, and metres from it to
+# where it is whole, and to where its sides may be of unlike thickness.
 GROOVE, ALIKE = (0.5, 0.004, 0.012), 0.06
 SHORT = 0.22  # metres of a column that loses the share whatever that is
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
@@ -105,6 +105,15 @@ def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> 
         np.concatenate(parts).astype(np.float32), np.concatenate(faces).astype(np.int32),
         np.concatenate(places).astype(np.float32), outer_at, inner_at, azimuth, tuple(tails),
     )  # fmt: skip
+
+
+def lowered(shell: Shell, share: float) -> Shell:
+    """The shell with so much of its thickness gone."""
+    if not share:
+        return shell
+    points = shell.points.copy()
+    points[shell.outer] += share * (points[shell.inner] - points[shell.outer])
+    return replace(shell, points=points)
 
 
 def edge_heights(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
@@ -247,9 +256,9 @@ def _sheets(
         step = thick[-np.arange(len(thick)), :1] - thick[:, :1]
         thick = thick + step / 2 * np.clip(1 - along / ALIKE, 0, 1) ** 2
     if cut.part is not None and cut.top is None:
-        share, most, reach = GROOVE
+        part, most, reach = GROOVE
         short = np.clip(1 - along[:, -1:] / SHORT, 0, 1)  # a hairline is near
-        lost = share * thick[:, :1]
+        lost = part * thick[:, :1]
         lost = short * lost + (1 - short) * np.minimum(lost, most)
         thick = thick - lost * (1 - np.clip(along / reach, 0, 1) ** 0.5)
     sunk = np.zeros((len(azimuth), 1))
