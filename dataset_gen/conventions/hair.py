@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
+from .curls import draw_curls
 from .cut import GATHERED, LONG, STEPS, Hair
 from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
+from .shorn import draw_shorn, is_shorn, shaven
 from .sitter import Sitter
 
 
@@ -22,6 +24,8 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     elif cut == "tail":
         _tail(canvas, sitter, artist, hair)
     for piece in (hair.between(0, 0.46), hair.between(0.54, 1)) if cut == "rim" else (hair,):
+        if cut == "shorn":
+            piece = shaven(canvas, sitter, piece)
         _finished(canvas, sitter, artist, piece)
         canvas.mark("hair", piece.shape())
         canvas.cover(piece.shape())
@@ -30,12 +34,10 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
 def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """What is seen of it: curls, black, hatching, locks, or its edges alone."""
     cut, finish = artist.cut, artist.finish
-    if cut == "shorn" and finish != "black":
-        _ticks(canvas, sitter, hair)
-        if canvas.rng.random() < 0.5:
-            _edges(canvas, sitter, artist, hair, canvas.rng.uniform(0.5, 1.0))
+    if is_shorn(canvas, artist):
+        draw_shorn(canvas, sitter, artist, hair)
     elif finish == "curls" or cut == "afro":
-        _curls(canvas, sitter, artist, hair)
+        draw_curls(canvas, sitter, artist, hair)
     elif finish == "black":
         _shine(canvas, sitter, hair)
         canvas.blacken(hair.shape(), float(canvas.rng.uniform(-1.4, 1.4)))
@@ -144,50 +146,6 @@ def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
         half = canvas.rng.uniform(0.03, 0.09) * np.sin(np.linspace(0, np.pi, 12))
         band = [mix(hair, k, depth + half), mix(hair, k, depth - half)[::-1]]
         canvas.cover(np.concatenate(band))
-
-
-def _curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
-    """Loops all over the hair, thicker at its edges."""
-    rng = canvas.rng
-    size = sitter.unit * rng.uniform(0.05, 0.11)
-    if artist.finish == "black":
-        canvas.blacken(hair.shape(), 0.5)
-    for edge, every in ((hair.outer, 1), (hair.inner, 2)):
-        line = smooth(edge, 90)[::every]
-        turn = np.linspace(0, 2 * np.pi * len(line) * every / rng.uniform(3.5, 6), len(line) * 5)
-        path = smooth(line, len(line) * 5)
-        loop = (
-            np.stack([np.cos(turn), np.sin(turn)], axis=1) * size * (0.6 if every == 2 else 1) * 0.6
-        )
-        canvas.line("hair", path + loop, 0.9, loose=0.5)
-    if artist.finish == "black":
-        return
-    for _ in range(int(rng.integers(6, 40))):
-        place = mix(hair, np.array([rng.uniform(2, STEPS - 3)]), np.array([rng.uniform(0.1, 0.9)]))[
-            0
-        ]
-        t = np.linspace(0, rng.uniform(3, 8), 14) + rng.uniform(0, 6)
-        r = size * rng.uniform(0.4, 0.9) * np.linspace(1, 0.5, 14)
-        canvas.line(
-            "hair", place + np.stack([r * np.cos(t), r * np.sin(t)], axis=1), 0.8, loose=0.3
-        )
-
-
-def _ticks(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
-    """Shorn hair: short strokes or dots, all about as dark, denser toward the outline."""
-    rng = canvas.rng
-    size, lean = rng.uniform(0.01, 0.06), rng.uniform(-2, 2)
-    width, dark = rng.uniform(0.5, 1.1), rng.uniform(0.35, 1.0)
-    count = int(rng.integers(60, 420))
-    k = rng.uniform(0, STEPS - 1, count)
-    depth = rng.uniform(0, 1, count) ** rng.uniform(0.4, 1.0)
-    roots = mix(hair, k, depth)
-    tips = mix(hair, np.clip(k + lean, 0, STEPS - 1), depth + 0.1)
-    ways = tips - roots
-    ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-    long = sitter.unit * size * rng.uniform(0.6, 1.4, (count, 1))
-    for a, b in zip(roots, roots + np.maximum(long, 1.2) * ways, strict=True):
-        canvas.line("hair", np.stack([a, (a + b) / 2, b]), width, dark, loose=0.3)
 
 
 def _tail(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:

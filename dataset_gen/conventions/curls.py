@@ -1,0 +1,386 @@
+"""Curly hair: clumps of bent strokes, ringlets, frizz, bold bumps, or small rings and hooks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .artist import Artist, lot
+from .canvas import Canvas
+from .cut import LONG, Hair
+from .patches import Patch
+from .shapes import Points, even, normals, ribbon, smooth, wave
+from .sitter import Sitter
+
+WAYS: dict[str, Mapping[str, float]] = {  # by manner, how often curls are drawn by which way
+    "portrait": {"clumps": 3.0, "ringlets": 1.0, "frizz": 1.8, "bumps": 0.3, "rings": 1.5},
+    "comic": {"clumps": 2.0, "ringlets": 0.8, "frizz": 1.2, "bumps": 1.5, "rings": 1.0},
+    "cartoon": {"clumps": 0.8, "ringlets": 0.6, "frizz": 0.8, "bumps": 3.0, "rings": 1.0},
+    "naive": {"clumps": 0.8, "ringlets": 1.0, "frizz": 1.5, "bumps": 1.0, "rings": 1.5},
+}
+TIGHT = ("shorn", "crop", "receding", "rim")  # too short for clumps and ringlets
+MOST = 520  # strokes of one kind on one head
+
+
+def draw_curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """By one of WAYS, by lot; what stands off the hair's outline is told as hair, too."""
+    odds = dict(WAYS[artist.manner])
+    if artist.cut in TIGHT:
+        odds["clumps"] = odds["ringlets"] = 0.0
+    if artist.cut == "afro":
+        odds["ringlets"], odds["frizz"] = 0.0, 2 * odds["frizz"]
+    if artist.cut in LONG:
+        odds["ringlets"] *= 3
+    {"clumps": _clumps, "ringlets": _ringlets, "frizz": _frizz, "bumps": _bumps, "rings": _rings}[
+        lot(canvas.rng, odds)
+    ](canvas, sitter, artist, hair)
+
+
+def _pieces(hair: Hair) -> list[Patch]:
+    """The hair over the head, and what hangs down at either side."""
+    return [Patch(hair.inner, hair.outer)] + [Patch(f[1], f[0]) for f in hair.falls if f]
+
+
+def _spread(
+    rng: np.random.Generator, hair: Hair, count: int, low: float = 1.0
+) -> tuple[Points, NDArray[np.float64], NDArray[np.float64]]:
+    """Places (n, 2) all over the hair, the way out (n,) at each in radians, and how far out it is,
+    0 at the hairline to 1 at the outline; low : see `Patch.scattered`."""
+    pieces = _pieces(hair)
+    sizes = np.array([piece.size for piece in pieces])
+    shares = np.round(count * sizes / max(sizes.sum(), 1e-9)).astype(int)
+    places, ways, ups = [], [], []
+    for piece, many in zip(pieces, shares.tolist(), strict=True):
+        across, up = _evenly(rng, piece, many, low)
+        out = piece.at(across, np.ones(many)) - piece.at(across, np.zeros(many))
+        places.append(piece.at(across, up))
+        ways.append(np.arctan2(out[:, 1], out[:, 0]))
+        ups.append(up)
+    return np.concatenate(places), np.concatenate(ways), np.concatenate(ups)
+
+
+def _evenly(
+    rng: np.random.Generator, piece: Patch, count: int, low: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """As `Patch.scattered`, without its crowds and holes: by the R2 sequence of M. Roberts, 2018
+    ("The unreasonable effectiveness of quasirandom sequences")."""
+    share = np.cumsum(piece.tall * np.hypot(*np.gradient(piece.high, axis=0).T) + 1e-9)
+    k = np.arange(count)[:, None] * [0.7548776662, 0.5698402910]
+    u, v = ((rng.random(2) + k + 0.3 / np.sqrt(count + 1) * rng.normal(size=(count, 2))) % 1).T
+    return np.interp(u * share[-1], share, np.linspace(0, 1, len(share))), v**low
+
+
+def _many(hair: Hair, each: float, cover: float, most: int = MOST) -> tuple[int, float]:
+    """How many marks of `each` square pixels cover the hair `cover` times, at most `most`, and
+    how many times as long and wide they have to be for it."""
+    many = cover * sum(p.size for p in _pieces(hair)) / max(each, 1.0)
+    return int(np.clip(many, 4, most)), float(np.sqrt(max(many / most, 1.0)))
+
+
+def bent(
+    places: NDArray, way: NDArray, size: NDArray, turn: NDArray, turn_back: NDArray, count: int = 12
+) -> Points:
+    """Strokes (n, count, 2) of length `size` px about places (n, 2): their heading begins at `way`
+    and turns by `turn` radians, of which it turns back `turn_back` in its second half (n,)."""
+    t = np.linspace(0, 1, count)
+    rest = np.clip(2 * t - 1, 0, 1)
+    heading = way[:, None] + turn[:, None] * np.minimum(t, 1 - 0.5 * rest)
+    heading -= turn_back[:, None] * rest
+    step = size[:, None] / (count - 1)
+    line = np.stack([np.cumsum(step * np.cos(heading), 1), np.cumsum(step * np.sin(heading), 1)], 2)
+    return places[:, None] + line - line.mean(axis=1, keepdims=True)
+
+
+def _put(
+    canvas: Canvas, lines: NDArray, width: NDArray | float, strength: NDArray | float, loose: float
+) -> None:
+    """Strokes (n, k, 2) of hair; width, strength : (n,) or for all."""
+    widths, strengths = (np.zeros(len(lines)) + v for v in (width, strength))
+    taper = np.interp(np.linspace(0, 1, lines.shape[1]), [0, 0.3, 0.8, 1], [0.8, 1, 0.9, 0.5])
+    for line, w, s in zip(lines, widths.tolist(), strengths.tolist(), strict=True):
+        canvas.line("hair", line, w, s * taper, loose=loose)
+
+
+def _outline(canvas: Canvas, sitter: Sitter, hair: Hair, size: float, width: float) -> None:
+    """The outline by lot: curls that stick out, scallops, or none; size : of a curl, px."""
+    rng = canvas.rng
+    how = lot(rng, {"loose": 2.0, "scallops": 1.0, "none": 0.6})
+    if how == "none":
+        return
+    for piece in _pieces(hair):
+        line = piece.high
+        length = float(np.hypot(*np.diff(line, axis=0).T).sum())
+        way = _outward(piece)
+        if how == "scallops":
+            line = bumps(rng, line, max(4, int(length / (1.3 * size))), way * 0.45)
+            canvas.line("hair", line, width, loose=0.5)
+            _told(canvas, np.concatenate([line, piece.low[::-1]]))
+            continue
+        many = int(np.clip(rng.uniform(0.7, 2.2) * length / size, 6, 160))
+        own = even(line, 4 * many + 1)
+        k = rng.integers(0, len(own), many)
+        out = normals(own)[k] * way
+        heading = np.arctan2(out[:, 1], out[:, 0]) + rng.choice([-1, 1], many) * rng.uniform(
+            0.5, 1.5, many
+        )
+        long = size * rng.uniform(0.7, 1.7, many)
+        turn = rng.choice([-1, 1], many) * rng.uniform(1.5, 4.2, many)
+        curls = bent(own[k] + 0.1 * size * out, heading, long, turn, 0 * turn)
+        _put(canvas, curls, width * rng.uniform(0.7, 1.1, many), rng.uniform(0.6, 1, many), 0.3)
+
+
+def _outward(piece: Patch) -> float:
+    """1 or -1: on which side of a patch's upper line its outside is."""
+    out = (normals(piece.high) * (piece.high - piece.low)).sum()
+    return 1.0 if out >= 0 else -1.0
+
+
+def _told(canvas: Canvas, outline: Points) -> None:
+    """What stands off the hair is hair, and hides what is behind it."""
+    canvas.mark("hair", outline)
+    canvas.cover(outline)
+
+
+def bumps(rng: np.random.Generator, line: NDArray, count: int, high: float) -> Points:
+    """A line (k, 2) in `count` arcs of various widths that stand off it to the right of its way by
+    `high` of their width (to the left below 0)."""
+    count = max(count, 2)
+    wide = rng.uniform(0.5, 1.5, count)
+    ends = np.concatenate([[0], np.cumsum(wide)]) / wide.sum()
+    n = 9 * count + 1
+    line = even(line, n)
+    total = float(np.hypot(*np.diff(line, axis=0).T).sum())
+    t = np.linspace(0, 1, n)
+    own = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, count - 1)
+    share = (t - ends[own]) / (ends[own + 1] - ends[own])
+    off = high * total * np.diff(ends)[own] * np.sin(np.pi * np.clip(share, 0, 1)).clip(0) ** 0.6
+    # Bumps on a ragged line would cross each other.
+    away = normals(smooth(line[:: max(1, n // 16)], n))
+    return line + off[:, None] * away
+
+
+def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """Bundles of C- and S-shaped strokes all over, their ways by lot, darker at the hairline."""
+    rng = canvas.rng
+    size = sitter.unit * rng.uniform(0.14, 0.45)
+    each, bold = rng.integers(3, 9), rng.uniform(0.6, 1.4)
+    gap = max(1.5 * canvas.pen, size * rng.uniform(0.06, 0.14))
+    many, grown = _many(hair, size * gap * each, rng.uniform(0.8, 2.2), MOST // each)
+    size, gap = grown * size, grown * gap
+    places, way, up = _spread(rng, hair, many, rng.uniform(0.8, 1.5))
+    n = len(places)
+    if not n:
+        return
+    if rng.random() < 0.3:
+        canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), 2.5, "hair", 0.6)
+    if artist.cut in LONG or rng.random() < 0.4:  # they hang, rather than stand
+        down = np.arctan2(*sitter.down[::-1])
+        way = down + 0.5 * np.sin(way - down)
+    way = way + rng.normal(0, rng.uniform(0.3, 1.0), n)
+    turn = rng.choice([-1, 1], n) * rng.uniform(1.0, 3.6, n)
+    back = turn * rng.choice([0, 1.6], n)
+    long = size * np.exp(0.35 * rng.normal(size=n))
+    across = np.stack([-np.sin(way + turn / 2), np.cos(way + turn / 2)], axis=1)
+    for k in range(each):
+        kept = rng.random(n) < 0.9 - 0.35 * up * (k > 2)
+        off = (k - each / 2) * gap * rng.uniform(0.8, 1.2, n)
+        shrunk = long * rng.uniform(0.75, 1.1, n) * (1 - 0.06 * abs(k - each / 2))
+        lines = bent(places + off[:, None] * across, way + 0.08 * rng.normal(size=n), shrunk,
+                     turn, back)[kept]  # fmt: skip
+        width = bold * (1.25 - 0.5 * up) * rng.uniform(0.7, 1.2, n)
+        _put(canvas, lines, width[kept], rng.uniform(0.55, 1.0, n)[kept], 0.3)
+    _outline(canvas, sitter, hair, 0.8 * size, bold)
+
+
+def _rings(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """Small rings, spirals and hooks side by side, as cropped curls are drawn."""
+    rng = canvas.rng
+    r = max(sitter.unit * rng.uniform(0.025, 0.075), 1.3 * canvas.pen)
+    bold = rng.uniform(0.7, 1.3)
+    if rng.random() < 0.35 or artist.finish == "black":
+        dense = 1.0 if artist.finish == "black" and rng.random() < 0.5 else rng.uniform(1.6, 2.6)
+        if dense == 1.0:
+            _glints(canvas, sitter, hair, int(rng.integers(10, 40)), 1.6 * r)
+        canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), float(dense), "hair")
+    n, grown = _many(hair, 4 * r * r, rng.uniform(0.7, 1.8))
+    r = grown * r
+    places, way, up = _spread(rng, hair, n, rng.uniform(0.6, 1.3))
+    n = len(places)
+    begin, turns = rng.uniform(0, 2 * np.pi, n), rng.uniform(2.5, 8.0, n) * rng.choice([-1, 1], n)
+    t = np.linspace(0, 1, 13)
+    angle = begin[:, None] + turns[:, None] * t
+    own = r * rng.uniform(0.6, 1.35, n)
+    shrink = 1 - t * np.clip(np.abs(turns) - 4, 0, 4)[:, None] / 6
+    rings = (own[:, None] * shrink)[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    dark = rng.uniform(0.6, 1, n)
+    _put(canvas, places[:, None] + rings, bold * (1.15 - 0.3 * up), dark, 0.2)
+    _outline(canvas, sitter, hair, 3.2 * r, bold)
+
+
+def _frizz(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """Wiry zigzags and scribbles, from light to nearly black, within a rough edge."""
+    rng = canvas.rng
+    step = max(sitter.unit * rng.uniform(0.02, 0.055), 1.2 * canvas.pen)
+    bold, tone = rng.uniform(0.6, 1.2), rng.uniform(0.35, 1.6)
+    if artist.finish == "black" or tone > 1.2:
+        dense = float(rng.choice([1.0, 1.5, 2.0]))
+        lean = float(rng.uniform(0, np.pi))
+        canvas.blacken(hair.shape(), lean, dense, "hair")
+        if rng.random() < 0.5:
+            canvas.blacken(hair.shape(), lean + 1.2, dense + 0.5, "hair")
+    joints = 12
+    n, grown = _many(hair, joints * step * step * 1.2, tone, 380)
+    step = grown * step
+    places, way, _ = _spread(rng, hair, n, rng.uniform(0.6, 1.1))
+    round_ = rng.random() < 0.5
+    _put(canvas, _scribbles(rng, places, step, joints, round_), bold, rng.uniform(0.5, 1.0), 0.2)
+    # The edge: more of the same, half over it.
+    for piece in _pieces(hair):
+        length = float(np.hypot(*np.diff(piece.high, axis=0).T).sum())
+        many = int(np.clip(rng.uniform(0.8, 1.8) * length / (3 * step), 8, 140))
+        line = even(piece.high, many)
+        rough = line + step * rng.normal(0, 0.7, (many, 1)) * normals(line)
+        _put(canvas, _scribbles(rng, rough, 0.8 * step, joints, round_), bold, 1.0, 0.2)
+        if rng.random() < 0.4:
+            edge = bumps(rng, piece.high, int(length / (4 * step)) + 4, 0.5 * _outward(piece))
+            canvas.line("hair", edge, bold, loose=0.3)
+            _told(canvas, np.concatenate([edge, piece.low[::-1]]))
+
+
+def _scribbles(
+    rng: np.random.Generator, places: NDArray, step: float, joints: int, smoothed: bool
+) -> Points:
+    """Lines (n, k, 2) that wander from places (n, 2) by about `step` px, zigzag or in loops."""
+    n = len(places)
+    turn = rng.uniform(1.0, 2.6, (n, 1)) * rng.choice([-1, 1], (n, 1))
+    if smoothed:
+        heading = rng.uniform(0, 2 * np.pi, (n, 1)) + turn * np.arange(joints) * 0.8
+    else:
+        zigzag = (np.arange(joints) % 2) * (np.pi - rng.uniform(0.3, 1.1, (n, joints)))
+        heading = rng.uniform(0, 2 * np.pi, (n, 1)) + zigzag
+    heading = heading + 0.4 * rng.normal(size=(n, joints))
+    long = step * rng.uniform(0.7, 2.0, (n, joints))
+    line = np.cumsum(np.stack([long * np.cos(heading), long * np.sin(heading)], axis=2), axis=1)
+    line = places[:, None] + line - line.mean(axis=1, keepdims=True)
+    if not smoothed:
+        return line
+    return np.stack([smooth(own, 3 * joints) for own in line]) if n else line
+
+
+def _bumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """Bold scallops around it with few arcs within, or black with small white arcs."""
+    rng = canvas.rng
+    size, width = sitter.unit * rng.uniform(0.13, 0.5), rng.uniform(0.9, 1.6)
+    high, ends = rng.uniform(0.3, 0.6), rng.uniform(0.15, 0.6)
+    black = artist.finish == "black" or rng.random() < 0.35
+    low = rng.uniform(0.1, 0.4) * (rng.random() < 0.7)
+    outlines = []
+    for piece in _pieces(hair):
+        length = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in
+                  (piece.high, piece.low)]  # fmt: skip
+        out = _outward(piece)
+        outer = bumps(rng, piece.high, int(length[0] / size), out * high)
+        inner = bumps(rng, piece.low, int(length[1] / (0.8 * size)), -out * ends * low)
+        outlines.append(np.concatenate([outer, inner[::-1]]))
+        canvas.line("hair", outer, width, loose=0.5)
+        if low or not black:
+            canvas.line("hair", inner, 0.85 * width, loose=0.5)
+    if black:
+        _glints(canvas, sitter, hair, int(rng.integers(0, 24)), 0.5 * size)
+        for outline in outlines:
+            canvas.blacken(outline, float(rng.uniform(-1.4, 1.4)))
+    else:
+        n = int(rng.integers(4, 10 + 40 * (rng.random() < 0.5)))
+        places, way, _ = _spread(rng, hair, n)
+        n = len(places)
+        turn = rng.choice([-1, 1], n) * rng.uniform(2.0, 4.5, n)
+        long = size * rng.uniform(0.5, 1.3, n)
+        way = way - turn / 2 + np.pi / 2 * np.sign(turn) + 0.4 * rng.normal(size=n)
+        _put(canvas, bent(places, way, long, turn, 0 * turn), 0.85 * width, 1.0, 0.4)
+    for outline in outlines:
+        _told(canvas, outline)
+
+
+def _glints(canvas: Canvas, sitter: Sitter, hair: Hair, count: int, size: float) -> None:
+    """Small arcs that stay white in black hair."""
+    rng = canvas.rng
+    places, way, _ = _spread(rng, hair, count)
+    n = len(places)
+    if not n:
+        return
+    turn = rng.choice([-1, 1], n) * rng.uniform(1.5, 3.5, n)
+    half = max(0.6 * canvas.pen, 0.02 * sitter.unit)
+    taper = np.sin(np.linspace(0.2, np.pi - 0.2, 12))
+    for line in bent(places, way + rng.normal(0, 0.6, n), size * rng.uniform(1, 2, n), turn,
+                     0 * turn):  # fmt: skip
+        canvas.cover(ribbon(line, half * taper))
+
+
+def _ringlets(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
+    """Wavy strokes over the head, and corkscrews that hang down beside the face and over it."""
+    rng = canvas.rng
+    half, width = sitter.unit * rng.uniform(0.05, 0.12), rng.uniform(0.7, 1.3)
+    n, _ = _many(hair, half * sitter.unit * 0.5, rng.uniform(0.3, 1.2), 260)
+    spiral = bool(rng.random() < 0.5)
+    ends: list[tuple[Points, float]] = []
+    falls = [Patch(f[1], f[0]) for f in hair.falls if f]
+    for piece in falls:
+        wide = float(np.median(piece.tall))
+        many = int(np.clip(wide / (1.9 * half) + 1, 2, 7))
+        for k in range(many):
+            begin, end = rng.uniform(0, 0.3), rng.uniform(0.85, 1.12)
+            t = np.linspace(begin, min(end, 1.0), 14)
+            line = piece.at(t, np.full(14, (k + rng.uniform(0.3, 0.7)) / many))
+            ends.append((line, half * rng.uniform(0.7, 1.2)))
+    crown = Patch(hair.inner, hair.outer)
+    if rng.random() < (0.4 if falls else 0.8):  # over the forehead, or from the temples
+        for across in rng.uniform(0.02, 0.98, int(rng.integers(2, 8))):
+            root = crown.at(across, rng.uniform(0.1, 0.5))
+            side = abs(across - 0.5) > 0.3
+            reach = sitter.unit * rng.uniform(0.15, 0.7 if side else 0.35)
+            t = np.linspace(0, 1, 14)
+            swing = 0.1 * sitter.unit * wave(rng, 1, 14, 0.7)[0] * t
+            line = root + (t * reach)[:, None] * sitter.down + swing[:, None] * sitter.right
+            ends.append((line, 0.6 * half * rng.uniform(0.7, 1.2)))
+    for line, thick in ends:
+        _corkscrew(canvas, line, thick, width, spiral)
+    places, way, up = _spread(rng, hair, n)
+    n = len(places)
+    down = np.arctan2(*sitter.down[::-1])
+    way = down + 1.2 * np.sin(way - down) + rng.normal(0, 0.3, n)
+    turn = rng.choice([-1, 1], n) * rng.uniform(0.8, 2.2, n)
+    long = sitter.unit * rng.uniform(0.2, 0.5, n)
+    lines = bent(places, way - turn / 2, long, turn, 1.8 * turn, 16)
+    _put(canvas, lines, width * (1.15 - 0.4 * up), rng.uniform(0.5, 1, n), 0.4)
+    _outline(canvas, sitter, hair, 3 * half, width)
+
+
+def _corkscrew(canvas: Canvas, line: Points, half: float, width: float, spiral: bool) -> None:
+    """A ringlet along a line: a spiral, or arcs across it between bulging edges; it hides."""
+    rng = canvas.rng
+    length = float(np.hypot(*np.diff(line, axis=0).T).sum())
+    turns = max(2, int(length / (rng.uniform(1.3, 2.2) * half)))
+    axis = even(line, 12 * turns + 1)
+    t = np.linspace(0, 1, len(axis))
+    thick = half * np.interp(t, [0, 0.2, 0.8, 1], [0.6, 1, 0.9, 0.4])
+    away = normals(axis)
+    ahead = np.gradient(axis, axis=0)
+    ahead /= np.maximum(np.hypot(*ahead.T)[:, None], 1e-9)
+    phase = 2 * np.pi * turns * t
+    if spiral:
+        coil = axis + (thick * np.cos(phase))[:, None] * away
+        coil += (0.5 * thick * np.sin(phase))[:, None] * ahead
+        canvas.line("hair", coil, width, loose=0.3)
+    else:
+        bulge = thick * (0.75 + 0.3 * np.abs(np.sin(phase / 2)))
+        for side in (-1, 1):
+            canvas.line("hair", axis + side * bulge[:, None] * away, width, loose=0.2)
+        for k in np.arange(turns) * 12 + 2:
+            for shift in (0, 3)[: int(rng.integers(1, 3))]:
+                own = slice(k + shift, min(k + shift + 9, len(axis)))
+                s = np.linspace(-0.9, 0.9, len(axis[own]))
+                canvas.line("hair", axis[own] + (s * bulge[own])[:, None] * away[own], 0.75 * width,
+                            loose=0.2)  # fmt: skip
+    _told(canvas, ribbon(axis[::3], thick[::3]))
