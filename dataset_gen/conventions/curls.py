@@ -72,6 +72,14 @@ def _evenly(
     return np.interp(u * share[-1], share, np.linspace(0, 1, len(share))), v**low
 
 
+def _field(rng: np.random.Generator, places: NDArray, scale: float) -> NDArray[np.float64]:
+    """(n,) smooth noise on the page, about -1 to 1, that changes within `scale` px."""
+    total = np.zeros(len(places))
+    for angle, phase in rng.uniform(0, 2 * np.pi, (3, 2)):
+        total += np.sin(places @ [np.cos(angle), np.sin(angle)] / scale * 1.5 + phase)
+    return total / 1.7
+
+
 def _many(hair: Hair, each: float, cover: float, most: int = MOST) -> tuple[int, float]:
     """How many marks of `each` square pixels cover the hair `cover` times, at most `most`, and
     how many times as long and wide they have to be for it."""
@@ -86,8 +94,7 @@ def bent(
     and turns by `turn` radians, of which it turns back `turn_back` in its second half (n,)."""
     t = np.linspace(0, 1, count)
     rest = np.clip(2 * t - 1, 0, 1)
-    heading = way[:, None] + turn[:, None] * np.minimum(t, 1 - 0.5 * rest)
-    heading -= turn_back[:, None] * rest
+    heading = way[:, None] + turn[:, None] * t - turn_back[:, None] * rest
     step = size[:, None] / (count - 1)
     line = np.stack([np.cumsum(step * np.cos(heading), 1), np.cumsum(step * np.sin(heading), 1)], 2)
     return places[:, None] + line - line.mean(axis=1, keepdims=True)
@@ -164,10 +171,11 @@ def bumps(rng: np.random.Generator, line: NDArray, count: int, high: float) -> P
 def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """Bundles of C- and S-shaped strokes all over, their ways by lot, darker at the hairline."""
     rng = canvas.rng
-    size = sitter.unit * rng.uniform(0.14, 0.45)
-    each, bold = rng.integers(3, 9), rng.uniform(0.6, 1.4)
+    room = float(np.median(Patch(hair.inner, hair.outer).tall))
+    size = min(sitter.unit * rng.uniform(0.14, 0.45), max(0.8 * room, 0.12 * sitter.unit))
+    each, bold = int(rng.integers(2, 8)), rng.uniform(0.6, 1.4)
     gap = max(1.5 * canvas.pen, size * rng.uniform(0.06, 0.14))
-    many, grown = _many(hair, size * gap * each, rng.uniform(0.8, 2.2), MOST // each)
+    many, grown = _many(hair, size * gap * each, rng.uniform(1.0, 2.8), MOST // each)
     size, gap = grown * size, grown * gap
     places, way, up = _spread(rng, hair, many, rng.uniform(0.8, 1.5))
     n = len(places)
@@ -178,9 +186,12 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     if artist.cut in LONG or rng.random() < 0.4:  # they hang, rather than stand
         down = np.arctan2(*sitter.down[::-1])
         way = down + 0.5 * np.sin(way - down)
-    way = way + rng.normal(0, rng.uniform(0.3, 1.0), n)
-    turn = rng.choice([-1, 1], n) * rng.uniform(1.0, 3.6, n)
-    back = turn * rng.choice([0, 1.6], n)
+    # Neighbours bend alike, as locks of curls do.
+    flow = _field(rng, places, sitter.unit * rng.uniform(0.4, 1.2))
+    way = way + 0.9 * flow + rng.normal(0, rng.uniform(0.1, 0.8), n)
+    alike = np.where(_field(rng, places, 0.5 * sitter.unit) > 0, 1, -1)
+    turn = alike * rng.choice([-1, 1, 1, 1], n) * rng.uniform(1.0, 3.6, n)
+    back = turn * rng.choice([0, 1.1], n)
     long = size * np.exp(0.35 * rng.normal(size=n))
     across = np.stack([-np.sin(way + turn / 2), np.cos(way + turn / 2)], axis=1)
     for k in range(each):
@@ -350,9 +361,9 @@ def _ringlets(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     n = len(places)
     down = np.arctan2(*sitter.down[::-1])
     way = down + 1.2 * np.sin(way - down) + rng.normal(0, 0.3, n)
-    turn = rng.choice([-1, 1], n) * rng.uniform(0.8, 2.2, n)
+    turn = rng.choice([-1, 1], n) * rng.uniform(1.0, 3.0, n)
     long = sitter.unit * rng.uniform(0.2, 0.5, n)
-    lines = bent(places, way - turn / 2, long, turn, 1.8 * turn, 16)
+    lines = bent(places, way - turn / 2, long, turn, 1.1 * turn, 16)
     _put(canvas, lines, width * (1.15 - 0.4 * up), rng.uniform(0.5, 1, n), 0.4)
     _outline(canvas, sitter, hair, 3 * half, width)
 
