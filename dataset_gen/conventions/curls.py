@@ -181,8 +181,8 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     n = len(places)
     if not n:
         return
-    if rng.random() < 0.3:
-        canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), 2.5, "hair", 0.6)
+    if rng.random() < 0.35:
+        _base(canvas, sitter, hair)
     if artist.cut in LONG or rng.random() < 0.4:  # they hang, rather than stand
         down = np.arctan2(*sitter.down[::-1])
         way = down + 0.5 * np.sin(way - down)
@@ -205,16 +205,41 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     _outline(canvas, sitter, hair, 0.8 * size, bold)
 
 
+def _base(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
+    """What is dark under curls: all of it hatched, its depths by the face, or a dense tangle."""
+    rng = canvas.rng
+    how = lot(rng, {"hatch": 1.0, "depths": 1.5, "tangle": 2.0})
+    lean = float(rng.uniform(0, np.pi))
+    if how == "hatch":
+        canvas.blacken(hair.shape(), lean, float(rng.uniform(1.6, 2.8)), "hair")
+        return
+    if how == "depths":
+        sparse = float(rng.choice([1.0, 1.5, 2.0]))
+        ends = rng.uniform(0.25, 0.8, 2)
+        for piece in _pieces(hair):
+            deep = piece.strip((0.0, ends[0]), (0.0, ends[1]), rng.uniform(-0.2, 0.1))
+            canvas.blacken(deep.outline, lean, sparse, "hair")
+        return
+    size, width = sitter.unit * rng.uniform(0.08, 0.2), rng.uniform(0.8, 1.4)
+    n, grown = _many(hair, size * canvas.pen * width, rng.uniform(0.6, 1.5), 420)
+    places, way, _ = _spread(rng, hair, n, rng.uniform(1.0, 1.6))
+    n = len(places)
+    way = way + 1.5 * _field(rng, places, 0.4 * sitter.unit) + rng.normal(0, 0.4, n)
+    turn = rng.uniform(-3, 3, n)
+    _put(canvas, bent(places, way, grown * size * rng.uniform(0.7, 1.3, n), turn, 0 * turn),
+         width, rng.uniform(0.7, 1.0, n), 0.2)  # fmt: skip
+
+
 def _rings(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """Small rings, spirals and hooks side by side, as cropped curls are drawn."""
     rng = canvas.rng
     r = max(sitter.unit * rng.uniform(0.025, 0.075), 1.3 * canvas.pen)
     bold = rng.uniform(0.7, 1.3)
-    if rng.random() < 0.35 or artist.finish == "black":
-        dense = 1.0 if artist.finish == "black" and rng.random() < 0.5 else rng.uniform(1.6, 2.6)
-        if dense == 1.0:
-            _glints(canvas, sitter, hair, int(rng.integers(10, 40)), 1.6 * r)
-        canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), float(dense), "hair")
+    if artist.finish == "black" and rng.random() < 0.6:
+        _glints(canvas, sitter, hair, int(rng.integers(10, 40)), 1.6 * r)
+        canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), 1.0, "hair")
+    elif rng.random() < 0.5:
+        _base(canvas, sitter, hair)
     n, grown = _many(hair, 4 * r * r, rng.uniform(0.7, 1.8))
     r = grown * r
     places, way, up = _spread(rng, hair, n, rng.uniform(0.6, 1.3))
