@@ -6,7 +6,7 @@ import numpy as np
 
 from .artist import Artist, lot
 from .canvas import Canvas
-from .curls import bent
+from .mop import bent
 from .shapes import Points, smooth
 from .sitter import Sitter
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .artist import Artist, lot
 from .canvas import Canvas
 from .cut import LONG, Hair
+from .mop import MOST, bent, bumps, field, many_for, outward, pieces_of, places_on, put, told
 from .patches import Patch
 from .shapes import Points, even, normals, ribbon, smooth, wave
 from .sitter import Sitter
@@ -21,7 +22,6 @@ WAYS: dict[str, Mapping[str, float]] = {  # by manner, how often curls are drawn
     "naive": {"clumps": 0.8, "ringlets": 1.0, "frizz": 1.5, "bumps": 1.0, "rings": 1.5},
 }
 TIGHT = ("shorn", "crop", "receding", "rim")  # too short for clumps and ringlets
-MOST = 520  # strokes of one kind on one head
 
 
 def draw_curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
@@ -38,92 +38,20 @@ def draw_curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
     ](canvas, sitter, artist, hair)
 
 
-def _pieces(hair: Hair) -> list[Patch]:
-    """The hair over the head, and what hangs down at either side."""
-    return [Patch(hair.inner, hair.outer)] + [Patch(f[1], f[0]) for f in hair.falls if f]
-
-
-def _spread(
-    rng: np.random.Generator, hair: Hair, count: int, low: float = 1.0
-) -> tuple[Points, NDArray[np.float64], NDArray[np.float64]]:
-    """Places (n, 2) all over the hair, the way out (n,) at each in radians, and how far out it is,
-    0 at the hairline to 1 at the outline; low : see `Patch.scattered`."""
-    pieces = _pieces(hair)
-    sizes = np.array([piece.size for piece in pieces])
-    shares = np.round(count * sizes / max(sizes.sum(), 1e-9)).astype(int)
-    places, ways, ups = [], [], []
-    for piece, many in zip(pieces, shares.tolist(), strict=True):
-        across, up = _evenly(rng, piece, many, low)
-        out = piece.at(across, np.ones(many)) - piece.at(across, np.zeros(many))
-        places.append(piece.at(across, up))
-        ways.append(np.arctan2(out[:, 1], out[:, 0]))
-        ups.append(up)
-    return np.concatenate(places), np.concatenate(ways), np.concatenate(ups)
-
-
-def _evenly(
-    rng: np.random.Generator, piece: Patch, count: int, low: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """As `Patch.scattered`, without its crowds and holes: by the R2 sequence of M. Roberts, 2018
-    ("The unreasonable effectiveness of quasirandom sequences")."""
-    share = np.cumsum(piece.tall * np.hypot(*np.gradient(piece.high, axis=0).T) + 1e-9)
-    k = np.arange(count)[:, None] * [0.7548776662, 0.5698402910]
-    u, v = ((rng.random(2) + k + 0.3 / np.sqrt(count + 1) * rng.normal(size=(count, 2))) % 1).T
-    return np.interp(u * share[-1], share, np.linspace(0, 1, len(share))), v**low
-
-
-def _field(rng: np.random.Generator, places: NDArray, scale: float) -> NDArray[np.float64]:
-    """(n,) smooth noise on the page, about -1 to 1, that changes within `scale` px."""
-    total = np.zeros(len(places))
-    for angle, phase in rng.uniform(0, 2 * np.pi, (3, 2)):
-        total += np.sin(places @ [np.cos(angle), np.sin(angle)] / scale * 1.5 + phase)
-    return total / 1.7
-
-
-def _many(hair: Hair, each: float, cover: float, most: int = MOST) -> tuple[int, float]:
-    """How many marks of `each` square pixels cover the hair `cover` times, at most `most`, and
-    how many times as long and wide they have to be for it."""
-    many = cover * sum(p.size for p in _pieces(hair)) / max(each, 1.0)
-    return int(np.clip(many, 4, most)), float(np.sqrt(max(many / most, 1.0)))
-
-
-def bent(
-    places: NDArray, way: NDArray, size: NDArray, turn: NDArray, turn_back: NDArray, count: int = 12
-) -> Points:
-    """Strokes (n, count, 2) of length `size` px about places (n, 2): their heading begins at `way`
-    and turns by `turn` radians, of which it turns back `turn_back` in its second half (n,)."""
-    t = np.linspace(0, 1, count)
-    rest = np.clip(2 * t - 1, 0, 1)
-    heading = way[:, None] + turn[:, None] * t - turn_back[:, None] * rest
-    step = size[:, None] / (count - 1)
-    line = np.stack([np.cumsum(step * np.cos(heading), 1), np.cumsum(step * np.sin(heading), 1)], 2)
-    return places[:, None] + line - line.mean(axis=1, keepdims=True)
-
-
-def _put(
-    canvas: Canvas, lines: NDArray, width: NDArray | float, strength: NDArray | float, loose: float
-) -> None:
-    """Strokes (n, k, 2) of hair; width, strength : (n,) or for all."""
-    widths, strengths = (np.zeros(len(lines)) + v for v in (width, strength))
-    taper = np.interp(np.linspace(0, 1, lines.shape[1]), [0, 0.3, 0.8, 1], [0.8, 1, 0.9, 0.5])
-    for line, w, s in zip(lines, widths.tolist(), strengths.tolist(), strict=True):
-        canvas.line("hair", line, w, s * taper, loose=loose)
-
-
 def _outline(canvas: Canvas, sitter: Sitter, hair: Hair, size: float, width: float) -> None:
     """The outline by lot: curls that stick out, scallops, or none; size : of a curl, px."""
     rng = canvas.rng
     how = lot(rng, {"loose": 2.0, "scallops": 1.0, "none": 0.6})
     if how == "none":
         return
-    for piece in _pieces(hair):
+    for piece in pieces_of(hair):
         line = piece.high
         length = float(np.hypot(*np.diff(line, axis=0).T).sum())
-        way = _outward(piece)
+        way = outward(piece)
         if how == "scallops":
             line = bumps(rng, line, max(4, int(length / (1.3 * size))), way * 0.45)
             canvas.line("hair", line, width, loose=0.5)
-            _told(canvas, np.concatenate([line, piece.low[::-1]]))
+            told(canvas, np.concatenate([line, piece.low[::-1]]))
             continue
         many = int(np.clip(rng.uniform(0.7, 2.2) * length / size, 6, 160))
         own = even(line, 4 * many + 1)
@@ -135,37 +63,7 @@ def _outline(canvas: Canvas, sitter: Sitter, hair: Hair, size: float, width: flo
         long = size * rng.uniform(0.7, 1.7, many)
         turn = rng.choice([-1, 1], many) * rng.uniform(1.5, 4.2, many)
         curls = bent(own[k] + 0.1 * size * out, heading, long, turn, 0 * turn)
-        _put(canvas, curls, width * rng.uniform(0.7, 1.1, many), rng.uniform(0.6, 1, many), 0.3)
-
-
-def _outward(piece: Patch) -> float:
-    """1 or -1: on which side of a patch's upper line its outside is."""
-    out = (normals(piece.high) * (piece.high - piece.low)).sum()
-    return 1.0 if out >= 0 else -1.0
-
-
-def _told(canvas: Canvas, outline: Points) -> None:
-    """What stands off the hair is hair, and hides what is behind it."""
-    canvas.mark("hair", outline)
-    canvas.cover(outline)
-
-
-def bumps(rng: np.random.Generator, line: NDArray, count: int, high: float) -> Points:
-    """A line (k, 2) in `count` arcs of various widths that stand off it to the right of its way by
-    `high` of their width (to the left below 0)."""
-    count = max(count, 2)
-    wide = rng.uniform(0.5, 1.5, count)
-    ends = np.concatenate([[0], np.cumsum(wide)]) / wide.sum()
-    n = 9 * count + 1
-    line = even(line, n)
-    total = float(np.hypot(*np.diff(line, axis=0).T).sum())
-    t = np.linspace(0, 1, n)
-    own = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, count - 1)
-    share = (t - ends[own]) / (ends[own + 1] - ends[own])
-    off = high * total * np.diff(ends)[own] * np.sin(np.pi * np.clip(share, 0, 1)).clip(0) ** 0.6
-    # Bumps on a ragged line would cross each other.
-    away = normals(smooth(line[:: max(1, n // 16)], n))
-    return line + off[:, None] * away
+        put(canvas, curls, width * rng.uniform(0.7, 1.1, many), rng.uniform(0.6, 1, many), 0.3)
 
 
 def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
@@ -175,9 +73,9 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     size = min(sitter.unit * rng.uniform(0.14, 0.45), max(0.8 * room, 0.12 * sitter.unit))
     each, bold = int(rng.integers(2, 8)), rng.uniform(0.6, 1.4)
     gap = max(1.5 * canvas.pen, size * rng.uniform(0.06, 0.14))
-    many, grown = _many(hair, size * gap * each, rng.uniform(1.0, 2.8), MOST // each)
+    many, grown = many_for(hair, size * gap * each, rng.uniform(1.0, 2.8), MOST // each)
     size, gap = grown * size, grown * gap
-    places, way, up = _spread(rng, hair, many, rng.uniform(0.8, 1.5))
+    places, way, up = places_on(rng, hair, many, rng.uniform(0.8, 1.5))
     n = len(places)
     if not n:
         return
@@ -187,9 +85,9 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         down = np.arctan2(*sitter.down[::-1])
         way = down + 0.5 * np.sin(way - down)
     # Neighbours bend alike, as locks of curls do.
-    flow = _field(rng, places, sitter.unit * rng.uniform(0.4, 1.2))
+    flow = field(rng, places, sitter.unit * rng.uniform(0.4, 1.2))
     way = way + 0.9 * flow + rng.normal(0, rng.uniform(0.1, 0.8), n)
-    alike = np.where(_field(rng, places, 0.5 * sitter.unit) > 0, 1, -1)
+    alike = np.where(field(rng, places, 0.5 * sitter.unit) > 0, 1, -1)
     turn = alike * rng.choice([-1, 1, 1, 1], n) * rng.uniform(1.0, 3.6, n)
     back = turn * rng.choice([0, 1.1], n)
     long = size * np.exp(0.35 * rng.normal(size=n))
@@ -201,7 +99,7 @@ def _clumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         lines = bent(places + off[:, None] * across, way + 0.08 * rng.normal(size=n), shrunk,
                      turn, back)[kept]  # fmt: skip
         width = bold * (1.25 - 0.5 * up) * rng.uniform(0.7, 1.2, n)
-        _put(canvas, lines, width[kept], rng.uniform(0.55, 1.0, n)[kept], 0.3)
+        put(canvas, lines, width[kept], rng.uniform(0.55, 1.0, n)[kept], 0.3)
     _outline(canvas, sitter, hair, 0.8 * size, bold)
 
 
@@ -214,19 +112,23 @@ def _base(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
         canvas.blacken(hair.shape(), lean, float(rng.uniform(1.6, 2.8)), "hair")
         return
     if how == "depths":
-        sparse = float(rng.choice([1.0, 1.5, 2.0]))
+        sparse = float(rng.choice([1.4, 2.0] if any(hair.falls) else [1.0, 1.5, 2.0]))
         ends = rng.uniform(0.25, 0.8, 2)
-        for piece in _pieces(hair):
-            deep = piece.strip((0.0, ends[0]), (0.0, ends[1]), rng.uniform(-0.2, 0.1))
-            canvas.blacken(deep.outline, lean, sparse, "hair")
+        for piece in pieces_of(hair):
+            # Its edge is ragged: an even one is a hood's.
+            edge = piece.strip((0.0, ends[0]), (0.0, ends[1]), rng.uniform(-0.2, 0.1)).high
+            count = int(np.hypot(*np.diff(edge, axis=0).T).sum() / (0.25 * sitter.unit)) + 3
+            edge = bumps(rng, edge, count, rng.uniform(0.4, 0.8) * outward(piece))
+            deep = np.concatenate([edge, piece.low[::-1]])
+            canvas.blacken(deep, lean, sparse, "hair")
         return
     size, width = sitter.unit * rng.uniform(0.08, 0.2), rng.uniform(0.8, 1.4)
-    n, grown = _many(hair, size * canvas.pen * width, rng.uniform(0.6, 1.5), 420)
-    places, way, _ = _spread(rng, hair, n, rng.uniform(1.0, 1.6))
+    n, grown = many_for(hair, size * canvas.pen * width, rng.uniform(0.6, 1.5), 420)
+    places, way, _ = places_on(rng, hair, n, rng.uniform(1.0, 1.6))
     n = len(places)
-    way = way + 1.5 * _field(rng, places, 0.4 * sitter.unit) + rng.normal(0, 0.4, n)
+    way = way + 1.5 * field(rng, places, 0.4 * sitter.unit) + rng.normal(0, 0.4, n)
     turn = rng.uniform(-3, 3, n)
-    _put(canvas, bent(places, way, grown * size * rng.uniform(0.7, 1.3, n), turn, 0 * turn),
+    put(canvas, bent(places, way, grown * size * rng.uniform(0.7, 1.3, n), turn, 0 * turn),
          width, rng.uniform(0.7, 1.0, n), 0.2)  # fmt: skip
 
 
@@ -240,9 +142,9 @@ def _rings(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         canvas.blacken(hair.shape(), float(rng.uniform(0, np.pi)), 1.0, "hair")
     elif rng.random() < 0.5:
         _base(canvas, sitter, hair)
-    n, grown = _many(hair, 4 * r * r, rng.uniform(0.7, 1.8))
+    n, grown = many_for(hair, 4 * r * r, rng.uniform(0.7, 1.8))
     r = grown * r
-    places, way, up = _spread(rng, hair, n, rng.uniform(0.6, 1.3))
+    places, way, up = places_on(rng, hair, n, rng.uniform(0.6, 1.3))
     n = len(places)
     begin, turns = rng.uniform(0, 2 * np.pi, n), rng.uniform(2.5, 8.0, n) * rng.choice([-1, 1], n)
     t = np.linspace(0, 1, 13)
@@ -251,7 +153,7 @@ def _rings(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     shrink = 1 - t * np.clip(np.abs(turns) - 4, 0, 4)[:, None] / 6
     rings = (own[:, None] * shrink)[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=2)
     dark = rng.uniform(0.6, 1, n)
-    _put(canvas, places[:, None] + rings, bold * (1.15 - 0.3 * up), dark, 0.2)
+    put(canvas, places[:, None] + rings, bold * (1.15 - 0.3 * up), dark, 0.2)
     _outline(canvas, sitter, hair, 3.2 * r, bold)
 
 
@@ -267,22 +169,22 @@ def _frizz(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         if rng.random() < 0.5:
             canvas.blacken(hair.shape(), lean + 1.2, dense + 0.5, "hair")
     joints = 12
-    n, grown = _many(hair, joints * step * step * 1.2, tone, 380)
+    n, grown = many_for(hair, joints * step * step * 1.2, tone, 380)
     step = grown * step
-    places, way, _ = _spread(rng, hair, n, rng.uniform(0.6, 1.1))
+    places, way, _ = places_on(rng, hair, n, rng.uniform(0.6, 1.1))
     round_ = rng.random() < 0.5
-    _put(canvas, _scribbles(rng, places, step, joints, round_), bold, rng.uniform(0.5, 1.0), 0.2)
+    put(canvas, _scribbles(rng, places, step, joints, round_), bold, rng.uniform(0.5, 1.0), 0.2)
     # The edge: more of the same, half over it.
-    for piece in _pieces(hair):
+    for piece in pieces_of(hair):
         length = float(np.hypot(*np.diff(piece.high, axis=0).T).sum())
         many = int(np.clip(rng.uniform(0.8, 1.8) * length / (3 * step), 8, 140))
         line = even(piece.high, many)
         rough = line + step * rng.normal(0, 0.7, (many, 1)) * normals(line)
-        _put(canvas, _scribbles(rng, rough, 0.8 * step, joints, round_), bold, 1.0, 0.2)
+        put(canvas, _scribbles(rng, rough, 0.8 * step, joints, round_), bold, 1.0, 0.2)
         if rng.random() < 0.4:
-            edge = bumps(rng, piece.high, int(length / (4 * step)) + 4, 0.5 * _outward(piece))
+            edge = bumps(rng, piece.high, int(length / (4 * step)) + 4, 0.5 * outward(piece))
             canvas.line("hair", edge, bold, loose=0.3)
-            _told(canvas, np.concatenate([edge, piece.low[::-1]]))
+            told(canvas, np.concatenate([edge, piece.low[::-1]]))
 
 
 def _scribbles(
@@ -313,10 +215,10 @@ def _bumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     black = artist.finish == "black" or rng.random() < 0.35
     low = rng.uniform(0.1, 0.4) * (rng.random() < 0.7)
     outlines = []
-    for piece in _pieces(hair):
+    for piece in pieces_of(hair):
         length = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in
                   (piece.high, piece.low)]  # fmt: skip
-        out = _outward(piece)
+        out = outward(piece)
         outer = bumps(rng, piece.high, int(length[0] / size), out * high)
         inner = bumps(rng, piece.low, int(length[1] / (0.8 * size)), -out * ends * low)
         outlines.append(np.concatenate([outer, inner[::-1]]))
@@ -329,20 +231,20 @@ def _bumps(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
             canvas.blacken(outline, float(rng.uniform(-1.4, 1.4)))
     else:
         n = int(rng.integers(4, 10 + 40 * (rng.random() < 0.5)))
-        places, way, _ = _spread(rng, hair, n)
+        places, way, _ = places_on(rng, hair, n)
         n = len(places)
         turn = rng.choice([-1, 1], n) * rng.uniform(2.0, 4.5, n)
         long = size * rng.uniform(0.5, 1.3, n)
         way = way - turn / 2 + np.pi / 2 * np.sign(turn) + 0.4 * rng.normal(size=n)
-        _put(canvas, bent(places, way, long, turn, 0 * turn), 0.85 * width, 1.0, 0.4)
+        put(canvas, bent(places, way, long, turn, 0 * turn), 0.85 * width, 1.0, 0.4)
     for outline in outlines:
-        _told(canvas, outline)
+        told(canvas, outline)
 
 
 def _glints(canvas: Canvas, sitter: Sitter, hair: Hair, count: int, size: float) -> None:
     """Small arcs that stay white in black hair."""
     rng = canvas.rng
-    places, way, _ = _spread(rng, hair, count)
+    places, way, _ = places_on(rng, hair, count)
     n = len(places)
     if not n:
         return
@@ -358,7 +260,7 @@ def _ringlets(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     """Wavy strokes over the head, and corkscrews that hang down beside the face and over it."""
     rng = canvas.rng
     half, width = sitter.unit * rng.uniform(0.05, 0.12), rng.uniform(0.7, 1.3)
-    n, _ = _many(hair, half * sitter.unit * 0.5, rng.uniform(0.3, 1.2), 260)
+    n, _ = many_for(hair, half * sitter.unit * 0.5, rng.uniform(0.3, 1.2), 260)
     spiral = bool(rng.random() < 0.5)
     ends: list[tuple[Points, float]] = []
     falls = [Patch(f[1], f[0]) for f in hair.falls if f]
@@ -382,14 +284,14 @@ def _ringlets(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
             ends.append((line, 0.6 * half * rng.uniform(0.7, 1.2)))
     for line, thick in ends:
         _corkscrew(canvas, line, thick, width, spiral)
-    places, way, up = _spread(rng, hair, n)
+    places, way, up = places_on(rng, hair, n)
     n = len(places)
     down = np.arctan2(*sitter.down[::-1])
     way = down + 1.2 * np.sin(way - down) + rng.normal(0, 0.3, n)
     turn = rng.choice([-1, 1], n) * rng.uniform(1.0, 3.0, n)
     long = sitter.unit * rng.uniform(0.2, 0.5, n)
     lines = bent(places, way - turn / 2, long, turn, 1.1 * turn, 16)
-    _put(canvas, lines, width * (1.15 - 0.4 * up), rng.uniform(0.5, 1, n), 0.4)
+    put(canvas, lines, width * (1.15 - 0.4 * up), rng.uniform(0.5, 1, n), 0.4)
     _outline(canvas, sitter, hair, 3 * half, width)
 
 
@@ -419,4 +321,4 @@ def _corkscrew(canvas: Canvas, line: Points, half: float, width: float, spiral: 
                 s = np.linspace(-0.9, 0.9, len(axis[own]))
                 canvas.line("hair", axis[own] + (s * bulge[own])[:, None] * away[own], 0.75 * width,
                             loose=0.2)  # fmt: skip
-    _told(canvas, ribbon(axis[::3], thick[::3]))
+    told(canvas, ribbon(axis[::3], thick[::3]))

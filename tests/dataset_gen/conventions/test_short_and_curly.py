@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 from scipy.ndimage import binary_dilation
 
 from dataset_gen import STYLES, ink
-from dataset_gen.conventions import Artist, curls, draw_by_convention, shorn, zoomed
+from dataset_gen.conventions import Artist, curls, draw_by_convention, mop, shorn, zoomed
 from dataset_gen.linework.strokes import Stroke
 from facs_rig import LANDMARKS, Camera, FaceParameters, load_rig
 
@@ -119,14 +119,14 @@ def test_some_crops_are_drawn_as_shorn_hair_is():
 def test_bumps_stand_off_a_line_on_one_side_only():
     line = np.stack([np.linspace(0, 100, 60), np.zeros(60)], axis=1)
     for way in (1, -1):
-        off = curls.bumps(np.random.default_rng(3), line, 8, 0.4 * way)[:, 1] * way
+        off = mop.bumps(np.random.default_rng(3), line, 8, 0.4 * way)[:, 1] * way
         assert off.min() > -1e-9 and 3 < off.max() < 12
         assert ((off[1:-1] < off[:-2]) & (off[1:-1] < off[2:])).sum() == 7  # between the bumps
 
 
 def test_bent_strokes_have_their_length_and_turn():
     n, long, turn = 5, np.full(5, 20.0), np.full(5, np.pi)
-    arcs = curls.bent(np.zeros((n, 2)), np.zeros(n), long, turn, np.zeros(n), 60)
+    arcs = mop.bent(np.zeros((n, 2)), np.zeros(n), long, turn, np.zeros(n), 60)
     assert np.hypot(*np.diff(arcs, axis=1).T).sum(axis=0) == pytest.approx(long, rel=0.05)
     # Half a circle: its ends are 2/pi of its length apart.
     ends = np.linalg.norm(arcs[:, -1] - arcs[:, 0], axis=1)
