@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from .artist import Artist
 from .canvas import Canvas
 from .cut import GATHERED, LONG, STEPS, Hair
+from .locks import draw_fringe, draw_locks, pointed
 from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
 from .sitter import Sitter
 
@@ -44,6 +45,8 @@ def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         lean = float(canvas.rng.uniform(0.9, 2.2))
         canvas.blacken(hair.shape(), lean, float(canvas.rng.uniform(1.7, 3.2)), "hair")
         _edges(canvas, sitter, artist, hair, 1.0)
+    elif finish == "locks":
+        draw_locks(canvas, sitter, artist, hair)
     elif finish == "strands":
         many = (25, 75) if canvas.rng.random() < 0.4 else (80, 190)
         _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(*many)))
@@ -262,10 +265,14 @@ def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
     hem = tops + (np.maximum(down, 0.03) * sitter.unit)[:, None] * sitter.down
     saw = 0.03 * sitter.unit * np.abs(wave(rng, 1, len(hem), 4)[0])
     hem = hem + saw[:, None] * sitter.down
+    if artist.finish == "locks":
+        hem = pointed(canvas, tops, hem)
     shape = np.concatenate([tops, hem[::-1]])
     if artist.finish == "black":
         canvas.blacken(shape, 1.3)
         canvas.line("hair", hem, 0.9)
+    elif artist.finish == "locks":
+        draw_fringe(canvas, artist, tops, hem)
     elif artist.finish in ("strands", "hatch"):
         for _ in range(int(rng.integers(10, 30))):
             k = int(rng.integers(0, len(hem)))
