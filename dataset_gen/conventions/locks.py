@@ -17,7 +17,7 @@ from .artist import Artist
 from .canvas import Canvas
 from .cut import GATHERED, LONG, STEPS, Hair
 from .patches import ticks
-from .shapes import Points, even, part, ribbon, smooth, wave
+from .shapes import Points, even, normals, part, ribbon, smooth, wave
 from .sitter import Sitter
 
 STRANDS, ALONG = 16, 32  # of a sheet
@@ -42,24 +42,69 @@ def draw_locks(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
         if artist.cut in LONG or rng.random() < 0.4:
             _apart(canvas, sitter, sheets)
         for sheet in sheets:
-            _fill(canvas, sitter, artist, sheet)
-        _between(canvas, artist, piece, sheets)
+            _fill(canvas, artist, sheet)
+        _between(canvas, artist, piece.shape(), sheets)
         _contour(canvas, sitter, artist, piece)
+
+
+def draw_strip(canvas: Canvas, artist: Artist, left: Points, right: Points) -> None:
+    """Locks between two lines (k, 2) that run from their roots to their tips."""
+    share = np.linspace(0, 1, STRANDS)[:, None, None]
+    left, right = even(left, ALONG), even(right, ALONG)
+    sheet = left + share * (right - left)
+    _fill(canvas, artist, sheet)
+    _between(canvas, artist, np.concatenate([left, right[::-1]]), [sheet])
 
 
 def draw_fringe(canvas: Canvas, artist: Artist, tops: Points, hem: Points) -> None:
     """Locks that hang over the forehead, from their roots (k, 2) to a hem (k, 2) in points."""
     rng = canvas.rng
+    at = np.linspace(0, len(tops) - 1, 2 * STRANDS).round().astype(int)
     t = np.linspace(0, 1, ALONG)[None, :, None]
-    at = np.linspace(0, len(tops) - 1, STRANDS).round().astype(int)
-    sheet = tops[at][:, None] * (1 - t) + hem[at][:, None] * t
-    tips = np.flatnonzero(_peaks(hem - tops)) / (len(hem) - 1)
-    lean = rng.normal(0, 0.05)
+    k = np.flatnonzero(_peaks(hem - tops))
+    tips = k / (len(hem) - 1)
+    # Locks are as long as at their tips all over, what is between them ends at the hem.
+    size = np.hypot(*(hem - tops).T)
+    longest = np.interp(np.arange(len(hem)), k, size[k]) if len(k) else size
+    low = tops + (longest / np.maximum(size, 1e-6))[:, None] * (hem - tops)
+    sheet, all_of = (tops[at][:, None] * (1 - t) + line[at][:, None] * t for line in (low, hem))
+    light = (rng.uniform(0.25, 0.6), rng.uniform(0.05, 0.2))
+    half, lean = 0.5 / max(len(tips), 4), rng.normal(0, 0.04)
     for tip in rng.permutation(tips).tolist():
-        half = 0.55 / max(len(tips), 4)
-        _lock(canvas, artist, sheet, tip, half, (0.0, 1.02), lean, (0.35, 0.12), 0.9)
-    if artist.hair_tone > DARK:
-        canvas.blacken(np.concatenate([tops, hem[::-1]]), 1.4)
+        begin = rng.uniform(0, 0.15)
+        _lock(canvas, artist, sheet, tip, half, (begin, 1.0), lean * rng.random(), light, 0.6)
+    _between(canvas, artist, np.concatenate([tops, hem[::-1]]), [all_of])
+
+
+def draw_forelocks(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, low: float) -> None:
+    """Some locks that fall over the forehead to one side; low : units, how far down they may."""
+    rng = canvas.rng
+    way = float(rng.choice([-1, 1]))
+    root = STEPS * (0.5 + 0.35 * artist.parting) + rng.normal(0, 3)
+    far, bow = rng.uniform(0.1, 0.55), rng.uniform(-0.1, 0.25)
+    x = np.linspace(0, 1, 16)
+    for _ in range(int(rng.integers(1, 6))):
+        k = np.array([np.clip(root + rng.normal(0, 2.5), 8, STEPS - 9)])
+        u, v = sitter.local(_mix(hair, k, np.array([rng.uniform(0, 0.2)]))[0])
+        across, down = way * far * rng.uniform(0.6, 1.2), (low - v) * rng.uniform(0.3, 0.95)
+        line = sitter.at(u + across * x, v + down * x**1.6 - bow * np.sin(np.pi * x) * abs(across))
+        away = rng.uniform(0.02, 0.06) * sitter.unit * normals(line)
+        share = np.linspace(-1, 1, 4)[:, None, None]
+        light = (rng.uniform(0.3, 0.6), 0.12)
+        canvas.mark("hair", _lock(canvas, artist, line + share * away, 0.5, 0.5, (0.0, 1.0),
+                                  0.2 * float(rng.normal()), light, 0.7))  # fmt: skip
+
+
+def roots(canvas: Canvas, hair: Hair, tops: Points) -> Points:
+    """Where a fringe that hangs from the crown begins, above its place at the hairline (k, 2)."""
+    rng = canvas.rng
+    up, gathered = rng.uniform(0.1, 0.85), rng.uniform(0.5, 1.0)
+    first = int(np.hypot(*(hair.inner - tops[0]).T).argmin())
+    last = int(np.hypot(*(hair.inner - tops[-1]).T).argmin())
+    k = np.linspace(first, last, len(tops))
+    middle = (first + last) / 2
+    arch = up * (1 - 0.6 * np.linspace(-1, 1, len(tops)) ** 2)
+    return _mix(hair, middle + gathered * (k - middle), arch)
 
 
 def pointed(canvas: Canvas, tops: Points, hem: Points) -> Points:
@@ -116,8 +161,8 @@ def _sheets(canvas: Canvas, artist: Artist, hair: Hair) -> list[NDArray]:
         _risen(canvas, artist, hair)
     ]  # fmt: skip
     s, t = np.linspace(0, 1, STRANDS)[:, None], np.linspace(0, 1, ALONG)
-    wavy = rng.choice([0.0, 0.03, 0.08]) if combed else rng.choice([0.0, 0.02, 0.04])
-    cycles, turn = rng.uniform(0.6, 2.2), rng.uniform(0, 2)
+    wavy = rng.choice([0.0, 0.04, 0.08, 0.14] if combed else [0.0, 0.0, 0.015, 0.03])
+    cycles, turn = rng.uniform(0.6, 2.2 if combed else 1.1), rng.uniform(0, 2)
     bent = []
     for sheet in sheets:
         swing = np.sin(2 * np.pi * (cycles * t + turn * s + rng.uniform()))
@@ -175,10 +220,10 @@ def _risen(canvas: Canvas, artist: Artist, hair: Hair) -> NDArray:
 # --- locks ---
 
 
-def _fill(canvas: Canvas, sitter: Sitter, artist: Artist, sheet: NDArray) -> None:
+def _fill(canvas: Canvas, artist: Artist, sheet: NDArray) -> None:
     """Locks all over a sheet: those of the front row first, then those behind."""
     rng = canvas.rng
-    length = np.hypot(*np.diff(sheet[STRANDS // 2], axis=0).T).sum()
+    length = np.hypot(*np.diff(sheet[len(sheet) // 2], axis=0).T).sum()
     width = np.hypot(*np.diff(sheet[:, ALONG // 2], axis=0).T).sum()
     slender = rng.uniform(*SLENDER)
     count = int(np.clip(width / max(length / slender * 2, FINEST * canvas.pen), 4, 16))
@@ -193,7 +238,7 @@ def _fill(canvas: Canvas, sitter: Sitter, artist: Artist, sheet: NDArray) -> Non
             s = (k + rng.uniform(0.1, 0.9)) / many
             half = rng.uniform(0.35, 0.75) / count
             begin = rng.uniform(low, high) * (rng.random() < 0.6 or row)
-            end = rng.uniform(max(0.62, begin + 0.3), 1.0) + stick * rng.uniform(0, 1)
+            end = rng.uniform((0.65, 0.85)[row], 1.0) + stick * rng.uniform(0, 1)
             shine = (light[0] + band[int(63 * np.clip(s, 0, 1))], light[1])
             bend = curl + 0.5 * rng.normal() / count
             _lock(canvas, artist, sheet, s, half, (begin, end), bend, shine, root)
@@ -209,8 +254,8 @@ def _lock(
     bend: float,
     light: tuple[float, float],
     root: float,
-) -> None:
-    """One lock about the strand s of a sheet, and what it hides.
+) -> Points:
+    """One lock about the strand s of a sheet: its outline (k, 2), where it hides what is behind.
 
     half : its half-width, of the sheet's        span : of t        bend : how far its tip turns
     light : t of the middle of what shines, and half of how much does        root : its width there,
@@ -231,7 +276,9 @@ def _lock(
             canvas.line("hair", line, float(rng.uniform(0.7, 1.2)), strong, loose=0.3)
     if across > FINEST:
         _strokes(canvas, sheet, middle, half * leaf, t, across, light, tone)
-    canvas.cover(np.concatenate([left, right[::-1]]))
+    outline = np.concatenate([left, right[::-1]])
+    canvas.cover(outline)
+    return outline
 
 
 def _strokes(
@@ -248,12 +295,12 @@ def _strokes(
     rng = canvas.rng
     black = tone > DARK
     wide = rng.uniform(1.2, 2.0) if black else rng.uniform(0.6, 1.0)
-    gap = np.interp(tone, [0, HALF, DARK, 1], [9.0, 4.0, 1.6, 1.05]) * wide * canvas.pen
-    count = int(np.clip(across / gap, 1 if tone < HALF else 3, 15))
+    gap = np.interp(tone, [0, HALF, DARK, 1], [8.0, 3.2, 1.4, 1.05]) * rng.uniform(0.9, 1.4)
+    count = int(np.clip(across / (gap * wide * canvas.pen), 1, 16))
     # Closer together at the shaded side.
     u = 2 * ((np.arange(count) + rng.uniform(0.2, 0.8, count)) / count) ** 1.25 - 1
     lines = _at(sheet, middle + 0.92 * u[:, None] * half, t + np.zeros((count, 1)))
-    whole = rng.random(count) < np.interp(tone, [0, HALF, DARK, 1], [0.3, 0.15, 0.35, 0.85])
+    whole = rng.random(count) < np.interp(tone, [0, HALF, DARK, 1], [0.3, 0.15, 0.3, 0.6])
     size = len(t) - 1
     span = max(t[-1] - t[0], 1e-6)
     for line, all_of in zip(lines, whole.tolist(), strict=True):
@@ -261,9 +308,9 @@ def _strokes(
         low, high = low + rng.normal(0, 0.06), high + rng.normal(0, 0.06)
         if all_of or light[1] == 0:
             a, b = rng.uniform(0, 0.12), rng.uniform(0.7, 1.0)
-            pieces = [(a, b, (0.7, 1, 0.5))]
+            pieces = [(a, b, (0.7, 1.0, 0.5))]
         else:
-            pieces = [(rng.uniform(0, 0.06), low, (1, 0.9, 0.2)),
+            pieces = [(rng.uniform(0, 0.06), low, (1.0, 0.9, 0.2)),
                       (high, rng.uniform(0.85, 1.0), (0.2, 0.9, 0.6))]  # fmt: skip
         for a, b, strong in pieces:
             i, j = int(np.clip(a, 0, 1) * size), int(np.ceil(np.clip(b, 0, 1) * size)) + 1
@@ -272,21 +319,21 @@ def _strokes(
                 canvas.line("hair", line[i:j], wide, strength, loose=0.3)
 
 
-def _between(canvas: Canvas, artist: Artist, hair: Hair, sheets: list[NDArray]) -> None:
+def _between(canvas: Canvas, artist: Artist, outline: Points, sheets: list[NDArray]) -> None:
     """What no lock hides lies in shade: black, strokes along the flow, or a few of them."""
     rng, tone = canvas.rng, artist.hair_tone
-    if tone > DARK:
-        canvas.blacken(hair.shape(), float(rng.uniform(-1.4, 1.4)))
-        return
+    if tone > DARK and rng.random() < np.interp(tone, [DARK, 1], [0.2, 0.8]):
+        canvas.blacken(outline, float(rng.uniform(1.3, 1.8)))
+    wide, gap = (2.4, 1.9) if tone > DARK else (0.9, np.interp(tone, [0, HALF, DARK], [12, 3.5, 2]))
+    late = 0.05 if tone > DARK else 0.3
     for sheet in sheets:
         width = np.hypot(*np.diff(sheet[:, ALONG // 2], axis=0).T).sum()
-        gap = np.interp(tone, [0, HALF, DARK], [12.0, 3.5, 1.5]) * canvas.pen
-        count = int(np.clip(width / gap, 2, 60))
+        count = int(np.clip(width / (gap * canvas.pen), 2, 60))
         s = (np.arange(count) + rng.uniform(0, 1, count)) / count
-        a, b = rng.uniform(0, 0.3, (count, 1)), rng.uniform(0.7, 1.0, (count, 1))
+        a, b = rng.uniform(0, late, (count, 1)), rng.uniform(0.95 - late, 1.0, (count, 1))
         lines = _at(sheet, s[:, None], a + (b - a) * np.linspace(0, 1, 20))
         for line in lines:
-            canvas.line("hair", line, 0.9, np.linspace(1, 0.5, 20), loose=0.3)
+            canvas.line("hair", line, wide, np.linspace(1, 0.5, 20), loose=0.3)
 
 
 def _apart(canvas: Canvas, sitter: Sitter, sheets: list[NDArray]) -> None:
