@@ -279,7 +279,7 @@ def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
     saw = 0.03 * sitter.unit * np.abs(wave(rng, 1, len(hem), 4)[0])
     hem = hem + saw[:, None] * sitter.down
     if locks:
-        hem, tops = pointed(canvas, tops, hem), roots(canvas, hair, tops)
+        hem, tops = pointed(canvas, sitter, artist, tops, hem), roots(canvas, hair, tops)
     shape = np.concatenate([tops, hem[::-1]])
     if artist.finish == "black":
         canvas.blacken(shape, 1.3)

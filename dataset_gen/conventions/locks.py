@@ -24,7 +24,9 @@ STRANDS, ALONG = 16, 32  # of a sheet
 CLIPPED = ("short", "quiff", "crop", "flat", "swept", "fringe")  # cuts whose sides may be shaved
 SHAVED = 0.25  # how often they are
 SLENDER = (5.0, 14.0)  # how many times as long as wide locks are
-HALF, DARK = 0.3, 0.7  # `hair_tone` from which locks are shaded, and are black
+# `hair_tone` from which locks are shaded, and are black, and all between them is.
+HALF, DARK, SOLID = 0.3, 0.7, 0.84
+MOST = 16  # strokes in a lock
 FINEST = 2.2  # pixels: locks are at least so wide to have strokes in them
 
 
@@ -67,7 +69,9 @@ def draw_fringe(canvas: Canvas, artist: Artist, tops: Points, hem: Points) -> No
     size = np.hypot(*(hem - tops).T)
     longest = np.interp(np.arange(len(hem)), k, size[k]) if len(k) else size
     low = tops + (longest / np.maximum(size, 1e-6))[:, None] * (hem - tops)
-    sheet, all_of = (tops[at][:, None] * (1 - t) + line[at][:, None] * t for line in (low, hem))
+    # They leave their roots to the side before they fall.
+    bow = t ** rng.uniform([0.65, 1.0], [1.0, 1.5])
+    sheet, all_of = (tops[at][:, None] + bow * (line - tops)[at][:, None] for line in (low, hem))
     light = (rng.uniform(0.25, 0.6), rng.uniform(0.05, 0.2))
     half, lean = 0.5 / max(len(tips), 4), rng.normal(0, 0.04)
     for tip in rng.permutation(tips).tolist():
@@ -107,10 +111,17 @@ def roots(canvas: Canvas, hair: Hair, tops: Points) -> Points:
     return _mix(hair, middle + gathered * (k - middle), arch)
 
 
-def pointed(canvas: Canvas, tops: Points, hem: Points) -> Points:
-    """The hem (k, 2) of a fringe in wedges: as low as it was at their tips, higher between them."""
+def pointed(canvas: Canvas, sitter: Sitter, artist: Artist, tops: Points, hem: Points) -> Points:
+    """The hem (k, 2) of a fringe in wedges: as low as it was at their tips, higher between them;
+    by lot the fringe is combed from the parting to one side, where it hangs lower."""
     rng = canvas.rng
     k = np.arange(len(hem))
+    if rng.random() < 0.5:
+        way = -np.sign(artist.parting) or 1.0
+        aside = np.linspace(0, 1, len(hem))[:: int(way)]
+        size = rng.uniform(0.3, 0.8) + rng.uniform(0.2, 0.7) * aside
+        hem = tops + size[:, None] * (hem - tops)
+        hem = hem + way * rng.uniform(0.05, 0.3) * sitter.unit * sitter.right
     wide = rng.uniform(0.06, 0.18)
     tips = np.cumsum(rng.uniform(0.6, 1.5, 60) * wide * len(hem)) - rng.uniform(0, wide * len(hem))
     notch = rng.uniform(0.3, 0.75)
@@ -226,7 +237,7 @@ def _fill(canvas: Canvas, artist: Artist, sheet: NDArray) -> None:
     length = np.hypot(*np.diff(sheet[len(sheet) // 2], axis=0).T).sum()
     width = np.hypot(*np.diff(sheet[:, ALONG // 2], axis=0).T).sum()
     slender = rng.uniform(*SLENDER)
-    count = int(np.clip(width / max(length / slender * 2, FINEST * canvas.pen), 4, 16))
+    count = int(np.clip(width / max(length / slender * 2, FINEST * canvas.pen), 4, 20))
     light = (rng.uniform(0.25, 0.65), rng.uniform(0.04, 0.22) * (rng.random() < 0.85))
     band = 0.1 * wave(rng, 1, 64, 1.5)[0]  # how it runs from strand to strand
     root = rng.uniform(0.2, 0.9)
@@ -265,7 +276,8 @@ def _lock(
     x = np.linspace(0, 1, 18)
     t = span[0] + (span[1] - span[0]) * x
     leaf = np.interp(x, [0, 0.2, 0.5, 0.8, 1], [root, 0.6 + 0.4 * root, 1, 0.6, 0.03])
-    middle = s + bend * x**2 + 0.25 * half * rng.normal() * np.sin(2 * np.pi * x)
+    sway = 0.7 if artist.cut in LONG else 0.25
+    middle = s + bend * x**2 + sway * half * rng.normal() * np.sin(2 * np.pi * x)
     left, right = (_at(sheet, middle + side * half * leaf, t) for side in (-1, 1))
     across = float(np.hypot(*(right - left)[4:12].T).mean())
     for side in (left, right):
@@ -295,8 +307,10 @@ def _strokes(
     rng = canvas.rng
     black = tone > DARK
     wide = rng.uniform(1.2, 2.0) if black else rng.uniform(0.6, 1.0)
-    gap = np.interp(tone, [0, HALF, DARK, 1], [8.0, 3.2, 1.4, 1.05]) * rng.uniform(0.9, 1.4)
-    count = int(np.clip(across / (gap * wide * canvas.pen), 1, 16))
+    gap = np.interp(tone, [0, HALF, DARK, 1], [8.0, 2.7, 1.3, 1.05]) * rng.uniform(0.9, 1.4)
+    count = int(np.clip(across / (gap * wide * canvas.pen), 1, MOST))
+    if black:  # a wide lock's strokes are wide
+        wide = float(np.clip(across / (count * gap * canvas.pen), wide, 3.0))
     # Closer together at the shaded side.
     u = 2 * ((np.arange(count) + rng.uniform(0.2, 0.8, count)) / count) ** 1.25 - 1
     lines = _at(sheet, middle + 0.92 * u[:, None] * half, t + np.zeros((count, 1)))
@@ -322,7 +336,7 @@ def _strokes(
 def _between(canvas: Canvas, artist: Artist, outline: Points, sheets: list[NDArray]) -> None:
     """What no lock hides lies in shade: black, strokes along the flow, or a few of them."""
     rng, tone = canvas.rng, artist.hair_tone
-    if tone > DARK and rng.random() < np.interp(tone, [DARK, 1], [0.2, 0.8]):
+    if tone > SOLID:
         canvas.blacken(outline, float(rng.uniform(1.3, 1.8)))
     wide, gap = (2.4, 1.9) if tone > DARK else (0.9, np.interp(tone, [0, HALF, DARK], [12, 3.5, 2]))
     late = 0.05 if tone > DARK else 0.3
