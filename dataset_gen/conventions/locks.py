@@ -87,12 +87,13 @@ def draw_forelocks(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, l
     root = STEPS * (0.5 + 0.35 * artist.parting) + rng.normal(0, 3)
     far, bow = rng.uniform(0.1, 0.55), rng.uniform(-0.1, 0.25)
     x = np.linspace(0, 1, 16)
-    for _ in range(int(rng.integers(1, 6))):
+    half = max(0.045 * sitter.unit, 1.5 * canvas.pen)  # a bold pen draws few and broad ones
+    for _ in range(int(rng.integers(1, max(3, int(0.27 * sitter.unit / half))))):
         k = np.array([np.clip(root + rng.normal(0, 2.5), 8, STEPS - 9)])
         u, v = sitter.local(_mix(hair, k, np.array([rng.uniform(0, 0.2)]))[0])
         across, down = way * far * rng.uniform(0.6, 1.2), (low - v) * rng.uniform(0.3, 0.95)
         line = sitter.at(u + across * x, v + down * x**1.6 - bow * np.sin(np.pi * x) * abs(across))
-        away = rng.uniform(0.02, 0.06) * sitter.unit * normals(line)
+        away = rng.uniform(0.6, 1.3) * half * normals(line)
         share = np.linspace(-1, 1, 4)[:, None, None]
         light = (rng.uniform(0.3, 0.6), 0.12)
         canvas.mark("hair", _lock(canvas, artist, line + share * away, 0.5, 0.5, (0.0, 1.0),
