@@ -9,9 +9,14 @@ from .artist import Artist
 from .canvas import Canvas
 from .curls import draw_curls
 from .cut import GATHERED, LONG, STEPS, Hair
+from .locks import draw_forelocks, draw_fringe, draw_locks, draw_strip, pointed, roots
 from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
 from .shorn import draw_shorn, is_shorn, shaven
 from .sitter import Sitter
+
+# Cuts of which locks may fall over the forehead, and of which some are combed to it.
+LOOSE = ("short", "swept", "quiff", "long", "bob", "bun", "tail")
+CROPPED = ("short", "crop", "flat")
 
 
 def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
@@ -46,6 +51,8 @@ def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         lean = float(canvas.rng.uniform(0.9, 2.2))
         canvas.blacken(hair.shape(), lean, float(canvas.rng.uniform(1.7, 3.2)), "hair")
         _edges(canvas, sitter, artist, hair, 1.0)
+    elif finish == "locks":
+        draw_locks(canvas, sitter, artist, hair)
     elif finish == "strands":
         many = (25, 75) if canvas.rng.random() < 0.4 else (80, 190)
         _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(*many)))
@@ -169,6 +176,9 @@ def _tail(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         shape = ribbon(line, thick * np.clip(4 * (1 - t), 0.05, 1))
         if artist.finish == "black":
             canvas.blacken(shape, 1.4)
+        elif artist.finish == "locks":
+            away = thick[:, None] * normals(line) * np.clip(4 * (1 - t), 0.05, 1)[:, None]
+            draw_strip(canvas, artist, line - away, line + away)
         else:
             for _ in range(int(rng.integers(2, 4) if artist.finish == "outline" else
                                rng.integers(8, 30))):  # fmt: skip
@@ -191,6 +201,9 @@ def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         canvas.blacken(ball, 0.4)
     canvas.mark("hair", ball)
     canvas.line("hair", ball, 1.0)
+    if artist.finish == "locks":
+        around = np.roll(ball[:-1], -int(rng.integers(0, 32)), axis=0)
+        draw_strip(canvas, artist, around[:17], np.roll(around[::-1], 1, axis=0)[:17])
     for _ in range(int(rng.integers(0, 5))):
         begin = int(rng.integers(0, 18))
         shrink = np.linspace(0.9, 0.4, 14)[:, None]
@@ -200,14 +213,17 @@ def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
 
 def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """A fringe, which hides the forehead and perhaps the brows' tops."""
-    if artist.cut != "fringe" and not (artist.cut in LONG and canvas.rng.random() < 0.3):
-        return
-    rng = canvas.rng
-    low = rng.uniform(0.35, 0.8)
-    inner = smooth(hair.inner, STEPS)
+    rng, locks = canvas.rng, artist.finish == "locks"
     brow = sitter.local(np.stack([sitter.mark(f"brow_peak_{s}") for s in ("left", "right")]))[
         :, 1
     ].mean()
+    if locks and artist.cut in LOOSE and rng.random() < 0.3:
+        draw_forelocks(canvas, sitter, artist, hair, brow - 0.02)
+    cropped = locks and artist.cut in CROPPED and rng.random() < 0.25
+    if not cropped and artist.cut != "fringe" and not (artist.cut in LONG and rng.random() < 0.3):
+        return
+    low = rng.uniform(0.08, 0.3) if cropped else rng.uniform(0.35, 1.0 if locks else 0.8)
+    inner = smooth(hair.inner, STEPS)
     local = sitter.local(inner)
     near = np.abs(local[:, 0] - local[:, 0].mean()) < 0.62
     tops = inner[near]
@@ -220,10 +236,14 @@ def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
     hem = tops + (np.maximum(down, 0.03) * sitter.unit)[:, None] * sitter.down
     saw = 0.03 * sitter.unit * np.abs(wave(rng, 1, len(hem), 4)[0])
     hem = hem + saw[:, None] * sitter.down
+    if locks:
+        hem, tops = pointed(canvas, sitter, artist, tops, hem), roots(canvas, hair, tops)
     shape = np.concatenate([tops, hem[::-1]])
     if artist.finish == "black":
         canvas.blacken(shape, 1.3)
         canvas.line("hair", hem, 0.9)
+    elif locks:
+        draw_fringe(canvas, artist, tops, hem)
     elif artist.finish in ("strands", "hatch"):
         for _ in range(int(rng.integers(10, 30))):
             k = int(rng.integers(0, len(hem)))
