@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
 from .curls import draw_curls
 from .cut import GATHERED, LONG, STEPS, Hair
+from .flow import mix
 from .locks import draw_forelocks, draw_fringe, draw_locks, draw_strip, pointed, roots
-from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
+from .shapes import ellipse, normals, part, ribbon, smooth, wave
 from .shorn import draw_shorn, is_shorn, shaven
 from .sitter import Sitter
 
@@ -134,15 +134,6 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
         for line, a, b, w, f in zip(lines, first, stop, width, faint, strict=True):
             piece = line[a : max(b, a + 4)]
             canvas.line("hair", piece, float(w), np.linspace(1, f, len(piece)), loose=0.4)
-
-
-def mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
-    """Points at places k (...) along the hair, a share `depth` (...) from inner to outer line."""
-    low = np.minimum(k.astype(int), STEPS - 2)
-    f = (k - low)[..., None]
-    inner = hair.inner[low] * (1 - f) + hair.inner[low + 1] * f
-    outer = hair.outer[low] * (1 - f) + hair.outer[low + 1] * f
-    return inner + depth[..., None] * (outer - inner)
 
 
 def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:

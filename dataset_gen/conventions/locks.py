@@ -1,11 +1,9 @@
 """Hair in locks, as artists with pencil and pen draw it: leaf-shaped clumps that follow the flow.
 
-A sheet is the flow of the hair: a grid (STRANDS, ALONG, 2) of pixels, from strand to strand, s, and
-along each from root to tip, t, both 0 to 1. A lock is a strip of a sheet, bounded by two lines
-along it and filled with strokes that follow them, dark at its root, below and toward its tip, and
-blank where it shines. Locks in front are drawn first and hide those behind; what is between them
-lies in shade. How dark it all is, the artist's `hair_tone` says: from lines alone to black in
-which thin streaks stay white.
+A lock is a strip of a sheet (`flow`), bounded by two lines along it and filled with strokes that
+follow them, dark at its root, below and toward its tip, and blank where it shines. Locks in front
+are drawn first and hide those behind; what is between them lies in shade. How dark it all is, the
+artist's `hair_tone` says: from lines alone to black in which thin streaks stay white.
 """
 
 from __future__ import annotations
@@ -16,11 +14,11 @@ from numpy.typing import NDArray
 from .artist import Artist
 from .canvas import Canvas
 from .cut import GATHERED, LONG, STEPS, Hair
+from .flow import ALONG, STRANDS, mix, on_sheet, sheets_of
 from .patches import ticks
 from .shapes import Points, even, normals, part, ribbon, smooth, wave
 from .sitter import Sitter
 
-STRANDS, ALONG = 16, 32  # of a sheet
 CLIPPED = ("short", "quiff", "crop", "flat", "swept", "fringe")  # cuts whose sides may be shaved
 SHAVED = 0.25  # how often they are
 SLENDER = (5.0, 14.0)  # how many times as long as wide locks are
@@ -40,7 +38,7 @@ def draw_locks(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
             _shave(canvas, sitter, artist, hair.between(begin, end))
         pieces = [hair.between(low, high)]
     for piece in pieces:
-        sheets = _sheets(canvas, artist, piece)
+        sheets = sheets_of(canvas, artist, piece)
         if artist.cut in LONG or rng.random() < 0.4:
             _apart(canvas, sitter, sheets)
         for sheet in sheets:
@@ -90,7 +88,7 @@ def draw_forelocks(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, l
     half = max(0.045 * sitter.unit, 1.5 * canvas.pen)  # a bold pen draws few and broad ones
     for _ in range(int(rng.integers(1, max(3, int(0.27 * sitter.unit / half))))):
         k = np.array([np.clip(root + rng.normal(0, 2.5), 8, STEPS - 9)])
-        u, v = sitter.local(_mix(hair, k, np.array([rng.uniform(0, 0.2)]))[0])
+        u, v = sitter.local(mix(hair, k, np.array([rng.uniform(0, 0.2)]))[0])
         across, down = way * far * rng.uniform(0.6, 1.2), (low - v) * rng.uniform(0.3, 0.95)
         line = sitter.at(u + across * x, v + down * x**1.6 - bow * np.sin(np.pi * x) * abs(across))
         away = rng.uniform(0.6, 1.3) * half * normals(line)
@@ -109,7 +107,7 @@ def roots(canvas: Canvas, hair: Hair, tops: Points) -> Points:
     k = np.linspace(first, last, len(tops))
     middle = (first + last) / 2
     arch = up * (1 - 0.6 * np.linspace(-1, 1, len(tops)) ** 2)
-    return _mix(hair, middle + gathered * (k - middle), arch)
+    return mix(hair, middle + gathered * (k - middle), arch)
 
 
 def pointed(canvas: Canvas, sitter: Sitter, artist: Artist, tops: Points, hem: Points) -> Points:
@@ -138,98 +136,6 @@ def _peaks(down: Points) -> NDArray[np.bool_]:
     """(k,) where something hangs lower than on either side."""
     size = np.hypot(*down.T)
     return (size >= np.roll(size, 1)) & (size > np.roll(size, -1))
-
-
-# --- flow ---
-
-
-def _at(sheet: NDArray, s: NDArray | float, t: NDArray | float) -> Points:
-    """Points (..., 2) of a sheet, which goes straight on beyond its ends."""
-    s, t = np.broadcast_arrays(np.asarray(s, float), np.asarray(t, float))
-    y, x = s * (len(sheet) - 1), t * (sheet.shape[1] - 1)
-    i = np.clip(y.astype(int), 0, len(sheet) - 2)
-    j = np.clip(x.astype(int), 0, sheet.shape[1] - 2)
-    f, g = (y - i)[..., None], (x - j)[..., None]
-    low = sheet[i, j] * (1 - g) + sheet[i, j + 1] * g
-    return low * (1 - f) + (sheet[i + 1, j] * (1 - g) + sheet[i + 1, j + 1] * g) * f
-
-
-def _mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
-    """Points at places k (...) along the hair, a share `depth` (...) from inner to outer line."""
-    k = np.clip(k, 0, STEPS - 1)
-    low = np.minimum(k.astype(int), STEPS - 2)
-    f = (k - low)[..., None]
-    inner = hair.inner[low] * (1 - f) + hair.inner[low + 1] * f
-    outer = hair.outer[low] * (1 - f) + hair.outer[low + 1] * f
-    return inner + depth[..., None] * (outer - inner)
-
-
-def _sheets(canvas: Canvas, artist: Artist, hair: Hair) -> list[NDArray]:
-    """The flow of a cut: from a parting over the head and down, or up from the hairline."""
-    rng, cut = canvas.rng, artist.cut
-    combed = cut in LONG or rng.random() < {"tail": 0.5, "bun": 0.4, "fringe": 0.6, "swept": 0.5,
-                                            "short": 0.2}.get(cut, 0.0)  # fmt: skip
-    sheets = [_parted(canvas, artist, hair, side) for side in (0, 1)] if combed else [
-        _risen(canvas, artist, hair)
-    ]  # fmt: skip
-    s, t = np.linspace(0, 1, STRANDS)[:, None], np.linspace(0, 1, ALONG)
-    wavy = rng.choice([0.0, 0.04, 0.08, 0.14] if combed else [0.0, 0.0, 0.015, 0.03])
-    cycles, turn = rng.uniform(0.6, 2.2 if combed else 1.1), rng.uniform(0, 2)
-    bent = []
-    for sheet in sheets:
-        swing = np.sin(2 * np.pi * (cycles * t + turn * s + rng.uniform()))
-        bent.append(_at(sheet, s + wavy * swing * t, t + 0 * s))
-    return bent
-
-
-def _parted(canvas: Canvas, artist: Artist, hair: Hair, side: int) -> NDArray:
-    """The sheet at one side of the parting; s is 0 at the face and 1 at the outline."""
-    rng = canvas.rng
-    root = float(np.clip(0.5 + 0.42 * artist.parting, 0.1, 0.9)) * (STEPS - 1)
-    t = np.linspace(0, 1, 24)
-    share = np.linspace(0, 1, STRANDS)[:, None]
-    # It rises from the parting before it lies down at the side.
-    lift = rng.uniform(0.0, 0.3)
-    depth = share + lift * (1 - share) * np.sin(np.pi * t**0.6) * (1 - 0.5 * share)
-    k = root + ((STEPS - 1) * side - root) * t**0.85 + 0 * share
-    if artist.cut in GATHERED:  # pulled back before it comes down to the ear
-        depth = depth + (1 - depth) * rng.uniform(0.3, 0.8) * t**1.5
-    lines = _mix(hair, k, depth)
-    fall = hair.falls[side]
-    if fall:
-        ends = fall[0][-1] + share * (fall[1][-1] - fall[0][-1])
-        tips = hair.tips[side]
-        low = smooth(tips, STRANDS)[::-1] - ends[::-1]  # from the inner to the outer line
-        hang = fall[1] + share[:, :, None] * (fall[0] - fall[1])
-        down = np.linspace(0, 1, hang.shape[1])[None, :, None] ** 2
-        hang = hang + down * low[:, None]
-        lines = np.concatenate([lines, hang[:, 1:]], axis=1)
-    return np.stack([even(line, ALONG) for line in lines])
-
-
-def _risen(canvas: Canvas, artist: Artist, hair: Hair) -> NDArray:
-    """The sheet of hair that rises from the hairline; s runs from the left to the right."""
-    rng, cut, last = canvas.rng, artist.cut, STEPS - 1
-    k = np.linspace(0, last, STRANDS)[:, None]
-    t = np.linspace(0, 1, ALONG)
-    out = k / last * 2 - 1  # -1 at the left, 1 at the right
-    top = np.clip(1.3 - 1.3 * np.abs(out) ** 2, 0, 1)
-    if cut in GATHERED:
-        lean = -rng.uniform(0.2, 0.7) * (k - last / 2)
-    elif cut in ("swept", "fringe", "short", "receding", "quiff") and rng.random() < 0.75:
-        way = -np.sign(artist.parting) or 1.0
-        lean = way * rng.uniform(4, 18) * top
-    elif cut in ("tufts", "flat"):
-        lean = rng.uniform(-2, 4) * out
-    else:  # away from where it parts
-        lean = rng.uniform(3, 9) * np.tanh(4 * (out - artist.parting)) * top
-    # At the sides it lies back and down.
-    lean = lean + (1 - top) * out * rng.uniform(1, 6) * (cut not in GATHERED)
-    bulge = rng.uniform(0.6, 1.4)
-    return _mix(hair, k + lean * t ** rng.uniform(1.0, 2.2), t**bulge + 0 * k)
-
-
-# --- locks ---
 
 
 def _fill(canvas: Canvas, artist: Artist, sheet: NDArray) -> None:
@@ -279,7 +185,7 @@ def _lock(
     leaf = np.interp(x, [0, 0.2, 0.5, 0.8, 1], [root, 0.6 + 0.4 * root, 1, 0.6, 0.03])
     sway = 0.7 if artist.cut in LONG else 0.25
     middle = s + bend * x**2 + sway * half * rng.normal() * np.sin(2 * np.pi * x)
-    left, right = (_at(sheet, middle + side * half * leaf, t) for side in (-1, 1))
+    left, right = (on_sheet(sheet, middle + side * half * leaf, t) for side in (-1, 1))
     across = float(np.hypot(*(right - left)[4:12].T).mean())
     for side in (left, right):
         if rng.random() < (0.9 if tone < DARK else 0.4):
@@ -314,7 +220,7 @@ def _strokes(
         wide = float(np.clip(across / (count * gap * canvas.pen), wide, 3.0))
     # Closer together at the shaded side.
     u = 2 * ((np.arange(count) + rng.uniform(0.2, 0.8, count)) / count) ** 1.25 - 1
-    lines = _at(sheet, middle + 0.92 * u[:, None] * half, t + np.zeros((count, 1)))
+    lines = on_sheet(sheet, middle + 0.92 * u[:, None] * half, t + np.zeros((count, 1)))
     whole = rng.random(count) < np.interp(tone, [0, HALF, DARK, 1], [0.3, 0.15, 0.3, 0.6])
     size = len(t) - 1
     span = max(t[-1] - t[0], 1e-6)
@@ -346,7 +252,7 @@ def _between(canvas: Canvas, artist: Artist, outline: Points, sheets: list[NDArr
         count = int(np.clip(width / (gap * canvas.pen), 2, 60))
         s = (np.arange(count) + rng.uniform(0, 1, count)) / count
         a, b = rng.uniform(0, late, (count, 1)), rng.uniform(0.95 - late, 1.0, (count, 1))
-        lines = _at(sheet, s[:, None], a + (b - a) * np.linspace(0, 1, 20))
+        lines = on_sheet(sheet, s[:, None], a + (b - a) * np.linspace(0, 1, 20))
         for line in lines:
             canvas.line("hair", line, wide, np.linspace(1, 0.5, 20), loose=0.3)
 
@@ -359,7 +265,7 @@ def _apart(canvas: Canvas, sitter: Sitter, sheets: list[NDArray]) -> None:
         for _ in range(int(rng.integers(0, 5))):
             a, b = rng.uniform(0.0, 0.5), rng.uniform(0.8, 1.12)
             s = rng.uniform(0, 1) + rng.normal(0, 0.12) * x + 0.05 * wave(rng, 1, 24, 0.7)[0]
-            line = _at(sheet, np.clip(s, -0.04, 1.08), a + (b - a) * x)
+            line = on_sheet(sheet, np.clip(s, -0.04, 1.08), a + (b - a) * x)
             canvas.line("hair", line, float(rng.uniform(0.6, 1.0)), np.linspace(1, 0.3, 24))
 
 
@@ -392,7 +298,7 @@ def _shave(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         for _ in range(int(rng.integers(1, 3))):
             at = rng.uniform(0.15, 0.85)
             k = STEPS * (at + np.array([-0.12, 0.0, rng.uniform(-0.15, 0.15)]))
-            line = _mix(hair, k, np.array([0.0, rng.uniform(0.3, 0.7), 1.0]))
+            line = mix(hair, k, np.array([0.0, rng.uniform(0.3, 0.7), 1.0]))
             canvas.cover(ribbon(line, max(0.012 * sitter.unit, 0.8 * canvas.pen)))
         canvas.blacken(hair.shape(), 1.2)
         return
@@ -404,5 +310,5 @@ def _shave(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         k, depth = rng.uniform(0, STEPS - 1, count), rng.uniform(0.02, 0.98, count)
         size = sitter.unit * rng.uniform(0.015, 0.05) * rng.uniform(0.6, 1.4, (count, 1))
         ways = np.maximum(size, 1.5) * np.array([np.cos(lean), np.sin(lean)])
-        ticks(canvas, "hair", _mix(hair, k, depth), ways, 0.8, rng.uniform(0.5, 1.0, count))
+        ticks(canvas, "hair", mix(hair, k, depth), ways, 0.8, rng.uniform(0.5, 1.0, count))
     canvas.line("hair", hair.outer, 0.8, 0.8)
