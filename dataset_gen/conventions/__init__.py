@@ -16,13 +16,13 @@ from .artist import CONVENTIONS, HIDES, MANNERS, Artist, sample_artist
 from .bands import draw_band
 from .beards import draw_beard
 from .canvas import Canvas
+from .clothes import draw_clothes
 from .cut import BARE, LONG, cut_hair
 from .eyes import draw_brows, draw_eyes
 from .glasses import draw_glasses
 from .hair import draw_front, draw_hair
 from .hats import draw_hat
 from .head import (
-    draw_clothes,
     draw_creases,
     draw_ears,
     draw_face,

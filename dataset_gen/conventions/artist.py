@@ -83,7 +83,8 @@ CONVENTIONS: dict[str, dict[str, Odds]] = {
                 "v": (1, 0.7, 0.4, 0.5), "shirt": (2, 1.5, 0.5, 0.6), "suit": (1.3, 1, 0.3, 0.2)},
     "finish": {"outline": (0.6, 1.2, 1.5, 2.5), "black": (1.2, 2.5, 3, 0.8),
                "strands": (6, 1.5, 0.3, 1.6), "hatch": (1.5, 0.8, 0.3, 0.8),
-               "curls": (0.4, 0.3, 0.4, 0.8)},
+               "curls": (0.4, 0.3, 0.4, 0.8),
+               "locks": (6, 3, 0.5, 0.8)},
 }  # fmt: skip
 # The cut of the hair: odds for a woman, and for a man.
 CUTS: dict[str, tuple[float, float]] = {
@@ -174,6 +175,7 @@ class Artist:
     grin : of GRINS, by which shape open mouths are drawn; the rest of it: see GRINNING
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
+    hair_tone : how dark hair in locks is drawn, from 0, lines alone, to 1, nearly black
     """
 
     manner: str = "portrait"
@@ -231,6 +233,7 @@ class Artist:
     volume: float = 0.12
     reach: float = 1.5
     parting: float = 0.0
+    hair_tone: float = 0.5
 
     def __post_init__(self) -> None:
         tables: dict[str, Mapping] = {"manner": MANNERS, **CONVENTIONS, **EXTRAS}
@@ -352,6 +355,7 @@ def sample_artist(
         mouth_shift=shift(0.015, 0.025), wide=near(1.0, 0.045), tall=near(1.0, 0.045),
         volume=within(0.06, 0.38, 3), reach=round(float(reach), 3),
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
+        hair_tone=within(0.0, 1.0, 3),
     )  # fmt: skip
     return _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
 

@@ -7,7 +7,8 @@ import numpy as np
 from .artist import Artist
 from .canvas import Canvas
 from .crown import tail, worn
-from .hair import STEPS, Hair, mix
+from .cut import STEPS, Hair
+from .flow import mix
 from .patches import Patch
 from .shapes import Points, ellipse, normals, smooth, wave
 from .sitter import Sitter

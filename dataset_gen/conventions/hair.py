@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .artist import Artist
 from .canvas import Canvas
+from .curls import draw_curls
 from .cut import GATHERED, LONG, STEPS, Hair
-from .shapes import Points, ellipse, normals, part, ribbon, smooth, wave
+from .flow import mix
+from .locks import draw_forelocks, draw_fringe, draw_locks, draw_strip, pointed, roots
+from .shapes import ellipse, normals, part, ribbon, smooth, wave
+from .shorn import draw_shorn, is_shorn, shaven
 from .sitter import Sitter
+
+# Cuts of which locks may fall over the forehead, and of which some are combed to it.
+LOOSE = ("short", "swept", "quiff", "long", "bob", "bun", "tail")
+CROPPED = ("short", "crop", "flat")
 
 
 def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
@@ -22,6 +29,8 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
     elif cut == "tail":
         _tail(canvas, sitter, artist, hair)
     for piece in (hair.between(0, 0.46), hair.between(0.54, 1)) if cut == "rim" else (hair,):
+        if cut == "shorn":
+            piece = shaven(canvas, sitter, piece)
         _finished(canvas, sitter, artist, piece)
         canvas.mark("hair", piece.shape())
         canvas.cover(piece.shape())
@@ -30,12 +39,10 @@ def draw_hair(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
 def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """What is seen of it: curls, black, hatching, locks, or its edges alone."""
     cut, finish = artist.cut, artist.finish
-    if cut == "shorn" and finish != "black":
-        _ticks(canvas, sitter, hair)
-        if canvas.rng.random() < 0.5:
-            _edges(canvas, sitter, artist, hair, canvas.rng.uniform(0.5, 1.0))
+    if is_shorn(canvas, artist):
+        draw_shorn(canvas, sitter, artist, hair)
     elif finish == "curls" or cut == "afro":
-        _curls(canvas, sitter, artist, hair)
+        draw_curls(canvas, sitter, artist, hair)
     elif finish == "black":
         _shine(canvas, sitter, hair)
         canvas.blacken(hair.shape(), float(canvas.rng.uniform(-1.4, 1.4)))
@@ -44,6 +51,8 @@ def _finished(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> Non
         lean = float(canvas.rng.uniform(0.9, 2.2))
         canvas.blacken(hair.shape(), lean, float(canvas.rng.uniform(1.7, 3.2)), "hair")
         _edges(canvas, sitter, artist, hair, 1.0)
+    elif finish == "locks":
+        draw_locks(canvas, sitter, artist, hair)
     elif finish == "strands":
         many = (25, 75) if canvas.rng.random() < 0.4 else (80, 190)
         _strands(canvas, sitter, artist, hair, int(canvas.rng.integers(*many)))
@@ -127,15 +136,6 @@ def _strands(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair, count: 
             canvas.line("hair", piece, float(w), np.linspace(1, f, len(piece)), loose=0.4)
 
 
-def mix(hair: Hair, k: NDArray, depth: NDArray) -> Points:
-    """Points at places k (...) along the hair, a share `depth` (...) from inner to outer line."""
-    low = np.minimum(k.astype(int), STEPS - 2)
-    f = (k - low)[..., None]
-    inner = hair.inner[low] * (1 - f) + hair.inner[low + 1] * f
-    outer = hair.outer[low] * (1 - f) + hair.outer[low + 1] * f
-    return inner + depth[..., None] * (outer - inner)
-
-
 def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
     """Bands of light that stay white in black hair."""
     for _ in range(int(canvas.rng.integers(0, 5))):
@@ -144,50 +144,6 @@ def _shine(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
         half = canvas.rng.uniform(0.03, 0.09) * np.sin(np.linspace(0, np.pi, 12))
         band = [mix(hair, k, depth + half), mix(hair, k, depth - half)[::-1]]
         canvas.cover(np.concatenate(band))
-
-
-def _curls(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
-    """Loops all over the hair, thicker at its edges."""
-    rng = canvas.rng
-    size = sitter.unit * rng.uniform(0.05, 0.11)
-    if artist.finish == "black":
-        canvas.blacken(hair.shape(), 0.5)
-    for edge, every in ((hair.outer, 1), (hair.inner, 2)):
-        line = smooth(edge, 90)[::every]
-        turn = np.linspace(0, 2 * np.pi * len(line) * every / rng.uniform(3.5, 6), len(line) * 5)
-        path = smooth(line, len(line) * 5)
-        loop = (
-            np.stack([np.cos(turn), np.sin(turn)], axis=1) * size * (0.6 if every == 2 else 1) * 0.6
-        )
-        canvas.line("hair", path + loop, 0.9, loose=0.5)
-    if artist.finish == "black":
-        return
-    for _ in range(int(rng.integers(6, 40))):
-        place = mix(hair, np.array([rng.uniform(2, STEPS - 3)]), np.array([rng.uniform(0.1, 0.9)]))[
-            0
-        ]
-        t = np.linspace(0, rng.uniform(3, 8), 14) + rng.uniform(0, 6)
-        r = size * rng.uniform(0.4, 0.9) * np.linspace(1, 0.5, 14)
-        canvas.line(
-            "hair", place + np.stack([r * np.cos(t), r * np.sin(t)], axis=1), 0.8, loose=0.3
-        )
-
-
-def _ticks(canvas: Canvas, sitter: Sitter, hair: Hair) -> None:
-    """Shorn hair: short strokes or dots, all about as dark, denser toward the outline."""
-    rng = canvas.rng
-    size, lean = rng.uniform(0.01, 0.06), rng.uniform(-2, 2)
-    width, dark = rng.uniform(0.5, 1.1), rng.uniform(0.35, 1.0)
-    count = int(rng.integers(60, 420))
-    k = rng.uniform(0, STEPS - 1, count)
-    depth = rng.uniform(0, 1, count) ** rng.uniform(0.4, 1.0)
-    roots = mix(hair, k, depth)
-    tips = mix(hair, np.clip(k + lean, 0, STEPS - 1), depth + 0.1)
-    ways = tips - roots
-    ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-    long = sitter.unit * size * rng.uniform(0.6, 1.4, (count, 1))
-    for a, b in zip(roots, roots + np.maximum(long, 1.2) * ways, strict=True):
-        canvas.line("hair", np.stack([a, (a + b) / 2, b]), width, dark, loose=0.3)
 
 
 def _tail(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
@@ -211,6 +167,9 @@ def _tail(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
         shape = ribbon(line, thick * np.clip(4 * (1 - t), 0.05, 1))
         if artist.finish == "black":
             canvas.blacken(shape, 1.4)
+        elif artist.finish == "locks":
+            away = thick[:, None] * normals(line) * np.clip(4 * (1 - t), 0.05, 1)[:, None]
+            draw_strip(canvas, artist, line - away, line + away)
         else:
             for _ in range(int(rng.integers(2, 4) if artist.finish == "outline" else
                                rng.integers(8, 30))):  # fmt: skip
@@ -233,6 +192,9 @@ def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         canvas.blacken(ball, 0.4)
     canvas.mark("hair", ball)
     canvas.line("hair", ball, 1.0)
+    if artist.finish == "locks":
+        around = np.roll(ball[:-1], -int(rng.integers(0, 32)), axis=0)
+        draw_strip(canvas, artist, around[:17], np.roll(around[::-1], 1, axis=0)[:17])
     for _ in range(int(rng.integers(0, 5))):
         begin = int(rng.integers(0, 18))
         shrink = np.linspace(0.9, 0.4, 14)[:, None]
@@ -242,14 +204,17 @@ def _bun(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
 
 def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> None:
     """A fringe, which hides the forehead and perhaps the brows' tops."""
-    if artist.cut != "fringe" and not (artist.cut in LONG and canvas.rng.random() < 0.3):
-        return
-    rng = canvas.rng
-    low = rng.uniform(0.35, 0.8)
-    inner = smooth(hair.inner, STEPS)
+    rng, locks = canvas.rng, artist.finish == "locks"
     brow = sitter.local(np.stack([sitter.mark(f"brow_peak_{s}") for s in ("left", "right")]))[
         :, 1
     ].mean()
+    if locks and artist.cut in LOOSE and rng.random() < 0.3:
+        draw_forelocks(canvas, sitter, artist, hair, brow - 0.02)
+    cropped = locks and artist.cut in CROPPED and rng.random() < 0.25
+    if not cropped and artist.cut != "fringe" and not (artist.cut in LONG and rng.random() < 0.3):
+        return
+    low = rng.uniform(0.08, 0.3) if cropped else rng.uniform(0.35, 1.0 if locks else 0.8)
+    inner = smooth(hair.inner, STEPS)
     local = sitter.local(inner)
     near = np.abs(local[:, 0] - local[:, 0].mean()) < 0.62
     tops = inner[near]
@@ -262,10 +227,14 @@ def draw_front(canvas: Canvas, sitter: Sitter, artist: Artist, hair: Hair) -> No
     hem = tops + (np.maximum(down, 0.03) * sitter.unit)[:, None] * sitter.down
     saw = 0.03 * sitter.unit * np.abs(wave(rng, 1, len(hem), 4)[0])
     hem = hem + saw[:, None] * sitter.down
+    if locks:
+        hem, tops = pointed(canvas, sitter, artist, tops, hem), roots(canvas, hair, tops)
     shape = np.concatenate([tops, hem[::-1]])
     if artist.finish == "black":
         canvas.blacken(shape, 1.3)
         canvas.line("hair", hem, 0.9)
+    elif locks:
+        draw_fringe(canvas, artist, tops, hem)
     elif artist.finish in ("strands", "hatch"):
         for _ in range(int(rng.integers(10, 30))):
             k = int(rng.integers(0, len(hem)))
