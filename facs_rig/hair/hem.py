@@ -20,11 +20,8 @@ FROM = 0.5  # share of a column above which it is as it was
 CLOSED = 0.8  # share of its thickness that it has lost at its rim
 LEVEL = (0.75, 0.35)  # slopes of an edge between which hair comes to end at it, not to run along it
 LENGTH = (0.035, 0.10)  # metres of a tip
-LAYERS = (
-    0.03,
-    0.004,
-    0.014,
-)  # of how far hair falls, at least and at most: metres that tips differ
+# Share of how far hair falls by which tips differ, and that at least and at most, metres.
+LAYERS = (0.025, 0.003, 0.009)
 CLUMP, DRAWN, BRUSH = 0.018, 0.3, 0.5  # metres across, how far it is drawn together, how pointed
 OVERLAP, WIDEST_TIP = 3.2, 0.014  # times as wide as they are apart, and metres at most
 CURLY = 0.5  # curl at which tips are the curls themselves
