@@ -20,7 +20,7 @@ from ..shape import Worn
 from .cut import ANGLES, AZIMUTHS, Cut
 from .follow import Bound, bind
 from .head import Head, head_of
-from .shell import CLEAR, LEAST, Shell, edge_heights, layout, shell_on
+from .shell import CLEAR, LEAST, Shell, layout, shell_on
 
 NAME, ROUGHNESS = "hat", 0.8
 COLUMNS, ROWS = 72, 24  # of the crown's two sheets, around and from its top to the rim
@@ -143,20 +143,8 @@ def hat_mesh(rig: FaceRig, identity: Mapping[str, float] | None, hat: Hat) -> Ha
 def crown_on(head: Head, hat: Hat, columns: int = COLUMNS, rows: int = ROWS) -> Shell:
     """A hat without its brim. columns : even, around it;  rows : from its top to the rim"""
     azimuth = 2 * np.pi * np.arange(columns) / columns
-    share = np.linspace(0, 1, rows)
-    # As a disc: the top is its middle and the rim its border; the columns of both sides meet on a
-    # short line in the middle.
-    x = share * np.sin(azimuth)[:, None]
-    z = (share + (1 - share) * TOP) * np.cos(azimuth)[:, None]
-    around, out = np.arctan2(x, z), np.hypot(x, z)
-    metres = head.metres(edge_heights(Cut(hat.edge, hat.thick), around))
-    up = metres - (head.middle[1] - head.eyes[1])
-    rim = np.arctan2(up, head.levels(head.axis, around, metres))
-    elevation = np.pi / 2 - np.minimum(out, 1) * (np.pi / 2 - rim)
-    flat = np.cos(elevation)
-    ways = np.stack(
-        [np.sin(around) * flat, np.sin(elevation), np.cos(around) * flat], axis=-1
-    )  # fmt: skip
+    ways = ways_of(head, hat.edge, azimuth, rows)
+    around, out = _disc(azimuth, rows)
     skin = head.rays(head.covered, ways)
     stand = skin + np.maximum(thickness(hat.thick, around, np.minimum(out, 1)), CLEAR + LEAST)
     outer_at, inner_at, quads, uv = layout(columns, rows, False)
@@ -164,6 +152,31 @@ def crown_on(head: Head, hat: Hat, columns: int = COLUMNS, rows: int = ROWS) -> 
     for far, at in ((stand, outer_at), (skin + CLEAR, inner_at)):
         points[at] = head.middle + far[..., None] * ways
     return Shell(points, quads, uv.astype(np.float32), outer_at, inner_at, azimuth)
+
+
+def _disc(azimuth: NDArray, rows: int) -> tuple[NDArray, NDArray]:
+    """(c, r) azimuths and shares of the way from a hat's top to its rim, at places of its columns.
+
+    As a disc: the top is its middle and the rim its border; the columns of both sides meet on a
+    short line in the middle.
+    """
+    share = np.linspace(0, 1, rows)
+    x = share * np.sin(azimuth)[:, None]
+    z = (share + (1 - share) * TOP) * np.cos(azimuth)[:, None]
+    return np.arctan2(x, z), np.hypot(x, z)
+
+
+def ways_of(head: Head, edge: NDArray, azimuth: NDArray, rows: int) -> NDArray[np.float64]:
+    """(c, r, 3) unit vectors from the head's middle to the places of a crown's columns."""
+    around, out = _disc(azimuth, rows)
+    metres = head.metres(np.interp(around, ANGLES, edge, period=2 * np.pi))
+    up = metres - (head.middle[1] - head.eyes[1])
+    rim = np.arctan2(up, head.levels(head.axis, around, metres))
+    elevation = np.pi / 2 - np.minimum(out, 1) * (np.pi / 2 - rim)
+    flat = np.cos(elevation)
+    return np.stack(
+        [np.sin(around) * flat, np.sin(elevation), np.cos(around) * flat], axis=-1
+    )  # fmt: skip
 
 
 def thickness(thick: NDArray, azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:

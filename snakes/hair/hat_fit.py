@@ -21,12 +21,13 @@ from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
 from .cut_fit import EYES, LIDS, fit_cut
+from .hat_crown import inflated
 from .region import ROWS, PageHair
 from .sight import Outline, Sight, bilinear
 
 __all__ = ["fit_hat"]
 
-STEPS = 10
+STEPS = 16
 """Steps of a crown's thickness, from its top to its rim."""
 ROUNDS = 4
 """How often the crown is held against the region."""
@@ -199,10 +200,12 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
     held = np.kron(np.diag(costs), np.eye(STEPS)) + BENDS * np.kron(
         np.eye(len(costs)), bend.T @ bend * STEPS
     )
-    usual = np.zeros((len(costs), STEPS))
-    usual[0] = STAND
+    usual = inflated(sight, edge, STEPS)
+    if usual is None:
+        usual = np.full((AZIMUTHS, STEPS), STAND)
+    usual = np.clip(usual, THIN, HIGH)
     basis = np.kron(around, np.eye(STEPS))
-    thick = np.full((AZIMUTHS, STEPS), STAND)
+    thick = usual
     none = np.zeros(AZIMUTHS)
     for _ in range(ROUNDS):
         surface = crown_on(sight.head, Hat(edge, thick, none))
@@ -213,9 +216,9 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
         known = known & (short > -0.1)
         rows = (grid @ basis) * known[:, None]
         wanted = np.where(known, np.clip(now + short, THIN, HIGH), 0.0)
-        off = wanted - rows @ usual.ravel()
+        off = wanted - (grid @ usual.ravel()) * known
         solved = np.linalg.solve(rows.T @ rows + held, rows.T @ off)
-        thick = around @ (usual + solved.reshape(usual.shape))
+        thick = usual + around @ solved.reshape(len(costs), STEPS)
         thick = np.clip(thick, THIN, HIGH)
     return thick
 

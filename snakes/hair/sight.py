@@ -16,7 +16,7 @@ from facs_rig.hair.shell import Shell
 
 from .region import PageHair
 
-__all__ = ["Outline", "Sight"]
+__all__ = ["Outline", "Sight", "bilinear", "direction"]
 
 RAYS, LEVELS, LEVEL = 48, 64, 0.007
 """Rays over the half of an outline above the head's middle, levels to each side below it, and
@@ -104,6 +104,20 @@ class Sight:
     def cells(self, points: NDArray) -> NDArray[np.float64]:
         """(..., 2) columns and rows of the page's grid of upright points (..., 3)."""
         return self.page.cells(self.camera.project(points @ self.linear + self.shift))
+
+    def metres(self, cells: NDArray) -> NDArray[np.float64]:
+        """(k, 2) metres on the page, to the right and up, from the head's middle, of cells (k, 2)."""
+        right = np.array([-self.up[1], self.up[0]])
+        away = (np.asarray(cells, float) - self.middle) / self.unit
+        return np.stack([away @ right, away @ self.up], axis=1)
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """(2, 3) how far right and up on the page a metre leads to the upright head's left, up and
+        to its front."""
+        ways = 0.1 * np.eye(3)
+        ends = self.metres(self.cells(self.head.middle + np.concatenate([ways, -ways])))
+        return ((ends[:3] - ends[3:]) / 0.2).T
 
     @property
     def toward(self) -> NDArray[np.float64]:
@@ -312,6 +326,11 @@ class Sight:
         """(48,) azimuths at which hair is seen beside the head, at the picture's left or right."""
         away = (ANGLES - self.azimuth + np.pi) % (2 * np.pi) - np.pi
         return (side * away > RIM[0]) & (side * away < RIM[1])
+
+
+def direction(azimuth: NDArray) -> NDArray[np.float64]:
+    """(..., 2) unit vectors to the head's left and to its front."""
+    return np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
 
 
 def _between(values: NDArray, at: NDArray, axis: int) -> NDArray[np.float64]:

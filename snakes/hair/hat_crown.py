@@ -1,0 +1,166 @@
+"""A hat's crown blown up from its outline on a page.
+
+How wide a crown is drawn at each level says how wide it is there from every side: each level is the
+ring that the head is at the rim, grown or shrunk to the drawn width, and shifted as the drawing's
+middle is (a surface of revolution, but for a ring that is no circle; after Igarashi, Matsuoka,
+Tanaka 1999, who inflate outlines). What is seen is met exactly; what is not seen is as tall, and
+tapers alike, so that a hat looks the same kind of hat from every side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from facs_rig.hair.cut import ANGLES
+from facs_rig.hair.hat import ways_of
+from facs_rig.hair.head import Head
+
+from .sight import Sight, direction
+
+__all__ = ["inflated"]
+
+LEVEL, EVEN = 0.003, 2.5
+"""Metres from a level to the next, and levels over which the outline is evened."""
+ABOVE = (0.008, 0.03)
+"""Metres above the rim between which a crown is as wide as at its rim."""
+HALF, LOWER = 1.12, 0.45
+"""Times the width at this share of a crown's height that it is wide below at most: a dome is 1.12
+times as wide at its rim, and what juts out farther is a brim or a peak."""
+NARROWEST, FOOT = 0.045, 0.85
+"""Metres that a crown is wide at its top at least, and share of its width half the way down that it
+has at its foot at least."""
+FLARES = 1.04
+"""Times the width at the rim that it is seen from the side at most, however it flares in front: a
+flat cap hangs over at its sides, not behind."""
+SNUG = 0.5
+"""Share of what it is wider than the head that it is deeper than the head."""
+OVER = (0.03, 0.022)
+"""Metres that a crown goes on above the page's upper edge, and over the skull, at least."""
+REACH, STEP = 0.42, 0.004
+"""Metres from the head's middle within which a crown is looked for, and from place to place."""
+LIMITS = (0.55, 2.2)
+"""Times the head's width that a crown is wide at its widest."""
+
+
+def inflated(sight: Sight, edge: NDArray, steps: int) -> NDArray[np.float64] | None:
+    """(48, steps) metres that a crown stands off the skin as in `Hat.thick`, or None where nothing
+    of it is seen above its rim.
+
+    sight : of the crown's region;  edge : (48,) heights of the rim
+    """
+    head = sight.head
+    axes = sight.directions
+    right = np.array([axes[0, 0], axes[0, 2]])
+    aside = right / max(np.linalg.norm(right), 1e-6)
+    deep = np.array([-aside[1], aside[0]])
+    upright = max(float(axes[1, 1]), 0.3)
+    metres = head.metres(edge)
+    ring = head.levels(head.axis, ANGLES, metres)[:, None] * direction(ANGLES)
+    rim = metres - (head.middle[1] - head.eyes[1])
+    beside = np.abs(ring @ aside)
+    seen = _Outline.of(sight, upright, float(np.average(rim, weights=beside**4)))
+    if seen is None:
+        return None
+    across = ring @ aside
+    wide, shift = _grown(seen, across.min(), across.max())
+    at_rim = wide[seen.at_rim(ABOVE)]
+    begin = float(np.median(at_rim)) if at_rim.size else float(wide[0])
+    depth = (1 + SNUG * (begin - 1)) * np.minimum(wide / begin, FLARES)
+
+    ways = ways_of(head, edge, ANGLES, steps)
+    far = np.arange(STEP, REACH, STEP)
+    places = far[:, None, None, None] * ways
+    level = (places[..., 1] - seen.levels[0]) / LEVEL
+    index = np.clip(np.rint(level).astype(int), 0, len(seen.levels) - 1)
+    flat = places[..., [0, 2]]
+    x = (flat @ aside - shift[index]) / wide[index]
+    z = flat @ deep / depth[index]
+    azimuth = np.arctan2(x * aside[0] + z * deep[0], x * aside[1] + z * deep[1])
+    radius = np.interp(azimuth, ANGLES, np.hypot(*ring.T), period=2 * np.pi)
+    inside = (np.hypot(x, z) <= radius) & (level <= len(seen.levels) - 0.5)
+    out = len(far) - inside[::-1].argmax(axis=0)
+    reached = np.where(inside.any(axis=0), far[np.minimum(out - 1, len(far) - 1)], 0.0)
+    return reached - head.rays(head.covered, ways)
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """levels : (n,) metres above the head's middle, rising;  left, right : (n,) metres on the page
+    there;  rim : metres, where its sides end"""
+
+    levels: NDArray[np.float64]
+    left: NDArray[np.float64]
+    right: NDArray[np.float64]
+    rim: float
+
+    @classmethod
+    def of(cls, sight: Sight, upright: float, rim: float) -> _Outline | None:
+        v, u = np.nonzero(sight.page.hair)
+        x, y = sight.metres(np.stack([u, v], axis=1)).T
+        y = y / upright
+        first, last = rim, float(y.max())
+        if last - first < 3 * LEVEL:
+            return None
+        levels = np.arange(first, last + LEVEL / 2, LEVEL)
+        k = np.rint((y - first) / LEVEL).astype(int)
+        left, right = np.full(len(levels), np.inf), np.full(len(levels), -np.inf)
+        ok = (k >= 0) & (k < len(levels))
+        np.minimum.at(left, k[ok], x[ok])
+        np.maximum.at(right, k[ok], x[ok])
+        # What is narrow above the crown is a button or a stray line; what is narrow at its foot is
+        # where the rim rises to one side.
+        wide = np.where(np.isfinite(left), right - left, 0.0)
+        known = wide > NARROWEST
+        if known.sum() < 3:
+            return None
+        last = np.flatnonzero(known)[-1] + 1
+        levels, left, right, known, wide = (of[:last] for of in (levels, left, right, known, wide))
+        half = len(levels) // 2
+        foot = np.median(wide[half // 2 : half + 1])
+        known[:half] &= wide[:half] > FOOT * foot
+        left, right = (np.interp(levels, levels[known], side[known]) for side in (left, right))
+        whole = cls(levels, left, right, rim)
+        return whole._closed(sight.head) if (v == 0).sum() > 2 else whole
+
+    def _closed(self, head: Head) -> _Outline:
+        """With a top above the page's upper edge."""
+        top = max(self.levels[-1] + OVER[0], head.eyes[1] + head.above - head.middle[1] + OVER[1])
+        more = np.arange(self.levels[-1] + LEVEL, top, LEVEL)
+        share = np.sqrt(np.clip(1 - ((more - self.levels[-1]) / (top - self.levels[-1])) ** 2, 0, 1))
+        # What the edge cuts is wider a little below: a pencil stops before the edge.
+        left, right = self.left[-1], self.right[-1]
+        middle, half = (left + right) / 2, (right - left) / 2
+        return _Outline(
+            np.concatenate([self.levels, more]),
+            np.concatenate([self.left, middle - half * share]),
+            np.concatenate([self.right, middle + half * share]),
+            self.rim,
+        )
+
+    def at_rim(self, above: tuple[float, float]) -> NDArray[np.bool_]:
+        up = self.levels - self.rim
+        return (up >= above[0]) & (up <= above[1])
+
+
+def _grown(seen: _Outline, low: float, high: float) -> tuple[NDArray, NDArray]:
+    """(n,) times that the ring is wide at each level, and metres that it is shifted.
+
+    low, high : metres, where the ring itself ends on the page
+    """
+    n = len(seen.levels)
+    half = min(int(LOWER * n), n - 1)
+    middle = (seen.left[half] + seen.right[half]) / 2
+    sides = []
+    for side, line in ((-1, seen.left), (1, seen.right)):
+        out = side * (line - middle)
+        most = HALF * np.median(out[max(half - 2, 0) : half + 3])
+        out[:half] = np.minimum(out[:half], most)
+        sides.append(middle + side * gaussian_filter1d(out, EVEN, mode="nearest"))
+    left, right = sides
+    wide = np.clip((right - left) / (high - low), 0.02, LIMITS[1])
+    shift = (left + right) / 2 - (low + high) / 2 * wide
+    return wide, shift
