@@ -21,7 +21,7 @@ from facs_rig.hair.head import Head
 
 from .sight import Sight, direction
 
-__all__ = ["inflated"]
+__all__ = ["inflated", "without_juts"]
 
 LEVEL, EVEN = 0.003, 2.5
 """Metres from a level to the next, and levels over which the outline is evened."""
@@ -38,12 +38,43 @@ FLARES = 1.04
 flat cap hangs over at its sides, not behind."""
 SNUG = 0.5
 """Share of what it is wider than the head that it is deeper than the head."""
-OVER = (0.03, 0.022)
-"""Metres that a crown goes on above the page's upper edge, and over the skull, at least."""
-REACH, STEP = 0.42, 0.004
+OVER = 0.022
+"""Metres that a crown which the page's upper edge cuts off is higher than the skull."""
+REACH, STEP = 0.42, 0.0025
 """Metres from the head's middle within which a crown is looked for, and from place to place."""
-LIMITS = (0.55, 2.2)
-"""Times the head's width that a crown is wide at its widest."""
+WIDEST = 2.2
+"""Times the head's width that a crown is wide at most."""
+
+
+def without_juts(sight: Sight, edge: NDArray) -> NDArray[np.bool_]:
+    """(h, w) a crown's region without what juts out of its foot farther than a dome does."""
+    seen = _outline(sight, edge)
+    hat = sight.page.hair
+    if seen is None:
+        return hat
+    left, right = seen.bounds()
+    v, u = np.nonzero(hat)
+    x, y = sight.metres(np.stack([u, v], axis=1)).T
+    y = y / _upright(sight)
+    low, high = (np.interp(y, seen.levels, side) for side in (left, right))
+    foot = y < seen.levels[0] + LOWER * (seen.levels[-1] - seen.levels[0])
+    out = np.zeros(hat.shape, dtype=bool)
+    out[v, u] = ~foot | ((x >= low) & (x <= high))
+    return out
+
+
+def _upright(sight: Sight) -> float:
+    return max(float(sight.directions[1, 1]), 0.3)
+
+
+def _outline(sight: Sight, edge: NDArray) -> _Outline | None:
+    """The outline above where the rim is at its sides."""
+    axes, head = sight.directions, sight.head
+    aside = np.array([axes[0, 0], axes[0, 2]])
+    metres = head.metres(edge)
+    ring = head.levels(head.axis, ANGLES, metres)[:, None] * direction(ANGLES)
+    rim = metres - (head.middle[1] - head.eyes[1])
+    return _Outline.of(sight, _upright(sight), float(np.average(rim, weights=(ring @ aside) ** 4)))
 
 
 def inflated(sight: Sight, edge: NDArray, steps: int) -> NDArray[np.float64] | None:
@@ -57,12 +88,8 @@ def inflated(sight: Sight, edge: NDArray, steps: int) -> NDArray[np.float64] | N
     right = np.array([axes[0, 0], axes[0, 2]])
     aside = right / max(np.linalg.norm(right), 1e-6)
     deep = np.array([-aside[1], aside[0]])
-    upright = max(float(axes[1, 1]), 0.3)
-    metres = head.metres(edge)
-    ring = head.levels(head.axis, ANGLES, metres)[:, None] * direction(ANGLES)
-    rim = metres - (head.middle[1] - head.eyes[1])
-    beside = np.abs(ring @ aside)
-    seen = _Outline.of(sight, upright, float(np.average(rim, weights=beside**4)))
+    ring = head.levels(head.axis, ANGLES, head.metres(edge))[:, None] * direction(ANGLES)
+    seen = _outline(sight, edge)
     if seen is None:
         return None
     across = ring @ aside
@@ -127,11 +154,11 @@ class _Outline:
         return whole._closed(sight.head) if (v == 0).sum() > 2 else whole
 
     def _closed(self, head: Head) -> _Outline:
-        """With a top above the page's upper edge."""
-        top = max(self.levels[-1] + OVER[0], head.eyes[1] + head.above - head.middle[1] + OVER[1])
-        more = np.arange(self.levels[-1] + LEVEL, top, LEVEL)
-        share = np.sqrt(np.clip(1 - ((more - self.levels[-1]) / (top - self.levels[-1])) ** 2, 0, 1))
-        # What the edge cuts is wider a little below: a pencil stops before the edge.
+        """With a top above the page's upper edge, where that cuts it off below the skull's."""
+        last = self.levels[-1]
+        top = head.eyes[1] + head.above - head.middle[1] + OVER
+        more = np.arange(last + LEVEL, top, LEVEL)
+        share = np.sqrt(np.clip(1 - ((more - last) / max(top - last, LEVEL)) ** 2, 0, 1))
         left, right = self.left[-1], self.right[-1]
         middle, half = (left + right) / 2, (right - left) / 2
         return _Outline(
@@ -140,6 +167,18 @@ class _Outline:
             np.concatenate([self.right, middle + half * share]),
             self.rim,
         )
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """`left` and `right` without what juts out at the foot."""
+        half = min(int(LOWER * len(self.levels)), len(self.levels) - 1)
+        near = slice(max(half - 2, 0), half + 3)
+        middle = float(np.median((self.left + self.right)[near])) / 2
+        sides = []
+        for side, line in ((-1, self.left), (1, self.right)):
+            out = side * (line - middle)
+            out[:half] = np.minimum(out[:half], HALF * np.median(out[near]))
+            sides.append(middle + side * out)
+        return sides[0], sides[1]
 
     def at_rim(self, above: tuple[float, float]) -> NDArray[np.bool_]:
         up = self.levels - self.rim
@@ -151,16 +190,7 @@ def _grown(seen: _Outline, low: float, high: float) -> tuple[NDArray, NDArray]:
 
     low, high : metres, where the ring itself ends on the page
     """
-    n = len(seen.levels)
-    half = min(int(LOWER * n), n - 1)
-    middle = (seen.left[half] + seen.right[half]) / 2
-    sides = []
-    for side, line in ((-1, seen.left), (1, seen.right)):
-        out = side * (line - middle)
-        most = HALF * np.median(out[max(half - 2, 0) : half + 3])
-        out[:half] = np.minimum(out[:half], most)
-        sides.append(middle + side * gaussian_filter1d(out, EVEN, mode="nearest"))
-    left, right = sides
-    wide = np.clip((right - left) / (high - low), 0.02, LIMITS[1])
+    left, right = (gaussian_filter1d(side, EVEN, mode="nearest") for side in seen.bounds())
+    wide = np.clip((right - left) / (high - low), 0.02, WIDEST)
     shift = (left + right) / 2 - (low + high) / 2 * wide
     return wide, shift

@@ -21,9 +21,9 @@ from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
 from .cut_fit import EYES, LIDS, fit_cut
-from .hat_crown import inflated
+from .hat_crown import inflated, without_juts
 from .region import ROWS, PageHair
-from .sight import Outline, Sight, bilinear
+from .sight import Outline, Sight, bilinear, direction
 
 __all__ = ["fit_hat"]
 
@@ -40,19 +40,22 @@ FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
 THIN, HIGH = 0.011, 0.26
 """Metres that a crown stands off at least and at most: hair has to lie under it."""
-WAVES = (0.02, 0.4, 3.0)
+WAVES = (0.1, 0.6, 3.0)
 """What it costs that a crown is not round, by waves around it."""
 BENDS = 0.02
 """What it costs that a crown bends from its top to its rim."""
 LEAN = (0.16, 0.10)
 """Height by which a rim is higher in front, and lower behind, than at the sides, where nothing else
 is known, and the spread of that."""
+SIDEWAYS = 0.05
+"""Height by which a rim is usually lower at one side than in the middle."""
 RIM = (-0.3, 0.86)
 """Heights between which a rim is."""
 NARROW = 0.08
 """Heads from which on what juts out of a crown is part of the crown: half its width."""
-JUTS = 0.02
-"""Metres from which on what juts out is a brim, not an uneven outline."""
+JUTS = 0.02, 0.012
+"""Metres from which on what juts out is a brim, not an uneven outline, and where a head is turned
+to that side, so that a peak is seen."""
 FRONT, BESIDE, SIDES = np.radians(25), np.radians([32, 50]), np.radians(50)
 """Radians from the front to which a peak hangs lowest, between which it hangs less, and from which
 on it does not hide the rim."""
@@ -67,8 +70,15 @@ HANGS = 0.2
 """Share of a hat below the eyes from which on it is a hood or a scarf."""
 PEAK = (0.062, np.radians(75))
 """Metres that a peak juts out whose border alone is seen, and radians to each side that it goes."""
-AHEAD = 0.25
+TURNED = 0.12
 """Share of a metre to the front from which on it is seen what juts out there."""
+PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.045, 0.095)
+"""Radians from the front at which a peak may be, and metres that it juts out."""
+DROOPS = (-0.05, 0.8)
+"""Metres that a peak's border lies lower for each metre that it juts out."""
+STRAY, ALIKE = 0.055, 0.35
+"""Metres from the rim's height from which on what juts out is no brim, and the share of the longer
+side's length that a brim has at its shorter side at least."""
 LONGEST = 0.16
 """Metres that a brim juts out at most."""
 STEEPEST = 1.1
@@ -96,11 +106,20 @@ def fit_hat(
     found, sure = _border(sight)
     if sure.sum() < 2:
         return None
-    edge, drop = _rim(found, sure, head, _is_lined(page, sight))
+    edge = _ring(found, sure)
+    trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
+    juts = _juts(trimmed, page.hair)
+    drop = 0.0
+    ahead = sight.directions[0, 2]
+    if len(juts) == 1 and next(iter(juts)) * ahead > -TURNED:
+        edge = _ring(found, np.where(_away(ANGLES) < SIDES, 0.05 * sure, sure))
+    else:
+        edge, drop = _rim(found, sure, head, _is_lined(page, sight))
     edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
-    thick = _crown(sight, sight.outline_of_region(), edge)
+    trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
+    thick = _crown(trimmed, trimmed.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
-    return _with_brim(made, sight, page.hair, drop)
+    return _with_brim(made, trimmed, page.hair, drop)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -173,7 +192,7 @@ def _is_lined(page: PageHair, sight: Sight) -> bool:
 def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
     """(48,) heights of a ring around the head through what was found, robustly."""
     ways = np.stack([np.ones(AZIMUTHS), np.cos(ANGLES), np.sin(ANGLES), np.cos(2 * ANGLES)], axis=1)
-    usual, spread = np.array([0.3, LEAN[0], 0.0, 0.0]), np.array([3.0, LEAN[1], 0.1, 0.04])
+    usual, spread = np.array([0.3, LEAN[0], 0.0, 0.0]), np.array([3.0, LEAN[1], SIDEWAYS, 0.04])
     held = np.diag((0.05 / spread) ** 2)
     weight = sure.copy()
     for _ in range(5):
@@ -226,72 +245,92 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
 # --- the brim ------------------------------------------------------------------------------------
 
 
+def _juts(sight: Sight, region: NDArray[np.bool_]) -> dict[int, NDArray[np.float64]]:
+    """side of the page, -1 left and 1 right -> (2,) metres on the page from the head's middle, the
+    tip of what juts out of the crown there.
+
+    sight : of the crown;  region : (h, w) bool, of all of the hat
+    """
+    crown, whole = (sight.metres(np.argwhere(of)[:, ::-1]) for of in (sight.page.hair, region))
+    tips = {}
+    ahead = sight.directions[0, 2]
+    for side in (-1, 1):
+        tip = whole[(side * whole[:, 0]).argmax()]
+        if side * tip[0] - (side * crown[:, 0]).max() > JUTS[int(side * ahead > TURNED)]:
+            tips[side] = tip
+    return tips
+
+
 def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -> Hat:
     """The hat with the brim or the peak that is drawn.
 
     sight : of the crown;  region : (h, w) bool, of all of the hat;  drop : see `_rim`
     """
     view = _View.of(sight, hat)
-    crown, whole = (view.metres(np.argwhere(of)[:, ::-1]) for of in (sight.page.hair, region))
     tips = {}
-    for side in (-1, 1):
-        tip = whole[(side * whole[:, 0]).argmax()]
-        if side * tip[0] - (side * crown[:, 0]).max() > JUTS:
+    for side, tip in _juts(sight, region).items():
+        end = tip - view.rim(view.azimuth + side * np.pi / 2)
+        if abs(end[1]) < STRAY:  # else a knot, or an end that hangs
             tips[side] = tip
     if len(tips) == 2:
         ends = [tips[side] - view.rim(view.azimuth + side * np.pi / 2) for side in (-1, 1)]
-        out = min(float(np.mean([abs(end[0]) for end in ends])), LONGEST)
-        droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
-        if drop:
-            droop = (droop + view.droop(out, drop)) / 2
-        return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
-    if tips:
+        outs = [abs(end[0]) for end in ends]
+        if min(outs) < ALIKE * max(outs):
+            tips.pop(-1 if outs[0] < outs[1] else 1)
+        else:
+            out = min(float(np.mean(outs)), LONGEST)
+            droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
+            if drop:
+                droop = (droop + view.droop(out, drop)) / 2
+            return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
+    if tips and not drop:
         ((side, tip),) = tips.items()
-        front = 0.0 if side * view.forward[0] > AHEAD else view.azimuth + side * np.pi / 2
-        way = abs(view.forward[0]) if front == 0.0 else 1.0
-        end = tip - view.rim(front)
-        out = float(np.clip(abs(end[0]) / way, PEAK[0] / 2, 1.6 * PEAK[0]))
-        down = end[1] - (out * view.forward[1] if front == 0.0 else 0.0)
-        return replace(hat, brim=_peak(out, front), droop=_steep(-down / out / view.upright))
+        if side * view.ahead(0.0)[0] < -TURNED:
+            return hat
+        return _with_peak(hat, view, side, tip)
     if drop:
         droop = _steep(view.droop(PEAK[0], drop))
         return replace(hat, brim=_peak(PEAK[0], 0.0), droop=droop)
     return hat
 
 
+def _with_peak(hat: Hat, view: _View, side: int, tip: NDArray) -> Hat:
+    """The hat with a peak whose tip (2,) is seen at a side of the page: as far to the front as a
+    peak of a usual length can be."""
+    for front in PLACES:
+        front = side * front
+        way, end = view.ahead(front), tip - view.rim(front)
+        out = end[0] / way[0] if side * way[0] > TURNED else np.inf
+        if out <= LENGTH[1]:
+            break
+    out = float(np.clip(out, *LENGTH))
+    droop = -(end[1] - out * way[1]) / out / view.upright
+    return replace(hat, brim=_peak(out, front), droop=float(np.clip(droop, *DROOPS)))
+
+
 @dataclass(frozen=True)
 class _View:
     """A hat's rim as it is seen: metres on the page, to the right and up, from the head's middle.
 
-    ring : (48, 2) the rim;  forward : (2,) a metre to the front;  upright : a metre up, how much of
-    it is seen;  azimuth : the one that faces the view
+    ring : (48, 2) the rim;  ways : (2, 3) see `Sight.directions`;  upright : a metre up, how much
+    of it is seen;  azimuth : the one that faces the view
     """
 
-    sight: Sight
     ring: NDArray[np.float64]
-    forward: NDArray[np.float64]
+    ways: NDArray[np.float64]
     upright: float
     azimuth: float
 
     @classmethod
     def of(cls, sight: Sight, hat: Hat) -> _View:
         surface = crown_on(sight.head, hat, AZIMUTHS, 3)
-        ring = surface.points[surface.outer[:, -1]].astype(float)
-        middle = sight.head.middle
-        places = np.stack([middle, middle + [0, 0, 0.1], middle + [0, 0.1, 0]])
-        bare = cls(sight, np.zeros((0, 2)), np.zeros(2), 1.0, sight.azimuth)
-        origin, front, above = bare.metres(sight.cells(places))
-        return replace(
-            bare, ring=bare.metres(sight.cells(ring)), forward=(front - origin) / 0.1,
-            upright=max(float(above[1] - origin[1]) / 0.1, 0.3),
-        )  # fmt: skip
+        ring = sight.cells(surface.points[surface.outer[:, -1]].astype(float))
+        ways = sight.directions
+        return cls(sight.metres(ring), ways, max(float(ways[1, 1]), 0.3), sight.azimuth)
 
-    def metres(self, cells: NDArray) -> NDArray[np.float64]:
-        """(k, 2) of cells (k, 2)."""
-        up = self.sight.up
-        right = np.array([-up[1], up[0]])
-        away = (np.asarray(cells, float) - self.sight.middle) / self.sight.unit
-        return np.stack([away @ right, away @ up], axis=1)
+    def ahead(self, azimuth: float) -> NDArray[np.float64]:
+        """(2,) where a metre outwards at an azimuth leads."""
+        return self.ways[:, [0, 2]] @ direction(np.array(azimuth))
 
     def rim(self, azimuth: float) -> NDArray[np.float64]:
         """(2,) metres, where the rim is at an azimuth."""
@@ -300,7 +339,7 @@ class _View:
 
     def droop(self, out: float, drop: float) -> float:
         """The droop with which a brim that juts out so far hides so much below the rim in front."""
-        return drop / out + float(self.forward[1]) / self.upright
+        return drop / out + float(self.ahead(0.0)[1]) / self.upright
 
 
 def _steep(droop: float) -> float:
