@@ -30,7 +30,13 @@ FLAT = 0.003  # metres, how thick a brim is
 LIP = 0.0015  # metres that a brim juts out at least, all around: a hem
 UNDER, HIGHEST = 0.1, 0.93  # height around a rim at which hair goes under it, and of its edge
 FLATTENED, LOOSE = 0.004, 0.25  # metres that hair stands off under a hat, and its curls at most
-LIGHT, DARK = (0.62, 0.58, 0.52), (0.012, 0.012, 0.014)  # linear RGB of undyed felt and of black
+# Linear RGB of cloth by how dark it is drawn: undyed, a greyish blue, and black.
+TONES = (0.0, 0.45, 1.0)
+DYES = ((0.68, 0.63, 0.54), (0.115, 0.125, 0.155), (0.010, 0.010, 0.012))
+STEP = 0.011  # share of a column over which a band's upper border falls to the crown
+RIBBON = 0.42  # of the colour: a band that does not stand off is one
+CREASE, SHADED = 0.55, 0.62  # the same above a cuff and where a brim begins, and of what is inside
+PEAKED, SEAM, SEAMS = 0.86, 0.86, 6  # the same of a peak, of a cap's seams, and how many it has
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,8 @@ class Hat:
     colour : 0 light to 1 black
     cloth : of a hood or a scarf, which falls as hair does, the cut that it is like; the rest is
         idle
+    band : metres that a band goes up from the rim, 0 without one
+    cuff : metres that the band stands off the crown, as what is folded up does; 0 for a ribbon
 
     InputError for arrays of another shape and for numbers that are none or out of range.
     """
@@ -55,17 +63,26 @@ class Hat:
     droop: float = 0.0
     colour: float = 0.3
     cloth: Cut | None = None
+    band: float = 0.0
+    cuff: float = 0.0
 
     def __post_init__(self) -> None:
         crown = Cut(self.edge, self.thick)  # the same of both is checked
         brim = is_shape(np.array(self.brim, dtype=np.float64), (AZIMUTHS,), "brim")
         if not (np.isfinite(brim).all() and (brim >= 0).all() and np.isfinite(self.droop)):
             raise InputError("a hat's brim must jut out by 0 metres or more")
+        if not (0 <= self.band < np.inf and 0 <= self.cuff < np.inf):
+            raise InputError("a hat's band must be 0 metres high or more, and stand off as much")
         if not 0 <= self.colour <= 1:
             raise InputError(f"a hat's colour must be from 0 to 1, got {self.colour}")
         brim.flags.writeable = False
         for name, values in (("edge", crown.edge), ("thick", crown.thick), ("brim", brim)):
             object.__setattr__(self, name, values)
+
+    @property
+    def peaked(self) -> bool:
+        """Whether it has a peak: what juts out does not go all around."""
+        return bool(self.brim.max() > 0 and self.brim.min() == 0)
 
     @classmethod
     def hanging(cls, cut: Cut, colour: float) -> Hat:
@@ -125,15 +142,14 @@ def hat_mesh(rig: FaceRig, identity: Mapping[str, float] | None, hat: Hat) -> Ha
         out = np.tile(np.linspace(0, 1, BRIM), 2)
         uv.append(np.stack(np.meshgrid(around, out), axis=-1).reshape(-1, 2))
     every = np.concatenate(points).astype(np.float32)
-    shade = np.ones(len(every))
-    shade[crown.inner] = 0.5
-    share = hat.colour**0.7
-    colour = tuple(float((1 - share) * a + share * b) for a, b in zip(LIGHT, DARK, strict=True))
+    shade = _shade(head, hat, crown, len(every))
+    dyes = np.sqrt(DYES).T
+    colour = tuple(float(np.interp(hat.colour, TONES, dye)) ** 2 for dye in dyes)
     return HatMesh(
         every,
         np.concatenate(quads).astype(np.int32),
         np.concatenate(uv).astype(np.float32),
-        shade.astype(np.float32),
+        shade,
         (colour[0], colour[1], colour[2]),
         bind(every, rig, identity),
         hat,
@@ -143,10 +159,13 @@ def hat_mesh(rig: FaceRig, identity: Mapping[str, float] | None, hat: Hat) -> Ha
 def crown_on(head: Head, hat: Hat, columns: int = COLUMNS, rows: int = ROWS) -> Shell:
     """A hat without its brim. columns : even, around it;  rows : from its top to the rim"""
     azimuth = 2 * np.pi * np.arange(columns) / columns
-    ways = ways_of(head, hat.edge, azimuth, rows)
-    around, out = _disc(azimuth, rows)
+    share, first = _shares(head, hat, rows)
+    ways = ways_of(head, hat.edge, azimuth, share)
+    around, out = _disc(azimuth, share)
     skin = head.rays(head.covered, ways)
-    stand = skin + np.maximum(thickness(hat.thick, around, np.minimum(out, 1)), CLEAR + LEAST)
+    off = thickness(hat.thick, around, np.minimum(out, 1))
+    off[:, first:] += hat.cuff
+    stand = skin + np.maximum(off, CLEAR + LEAST)
     outer_at, inner_at, quads, uv = layout(columns, rows, False)
     points = np.empty((len(uv), 3), dtype=np.float32)
     for far, at in ((stand, outer_at), (skin + CLEAR, inner_at)):
@@ -154,21 +173,38 @@ def crown_on(head: Head, hat: Hat, columns: int = COLUMNS, rows: int = ROWS) -> 
     return Shell(points, quads, uv.astype(np.float32), outer_at, inner_at, azimuth)
 
 
-def _disc(azimuth: NDArray, rows: int) -> tuple[NDArray, NDArray]:
+def _shares(head: Head, hat: Hat, rows: int) -> tuple[NDArray[np.float64], int]:
+    """(rows,) shares of the way from a hat's top to its rim, and the first row of its band."""
+    even = np.linspace(0, 1, rows)
+    if not hat.band:
+        return even, rows
+    metres = head.metres(hat.edge)
+    far = head.levels(head.axis, ANGLES, metres)
+    up = metres - (head.middle[1] - head.eyes[1])
+    long = np.mean((np.pi / 2 - np.arctan2(up, far)) * np.hypot(up, far))
+    begins = float(np.clip(1 - hat.band / long, 0.4, 0.97))
+    k = int(np.clip(round(begins * (rows - 1)), 2, rows - 2))
+    at = [0, k - 1, k, rows - 1]
+    return np.interp(np.arange(rows), at, [0, begins - STEP, begins, 1]), k
+
+
+def _disc(azimuth: NDArray, share: NDArray) -> tuple[NDArray, NDArray]:
     """(c, r) azimuths and shares of the way from a hat's top to its rim, at places of its columns.
 
     As a disc: the top is its middle and the rim its border; the columns of both sides meet on a
     short line in the middle.
     """
-    share = np.linspace(0, 1, rows)
     x = share * np.sin(azimuth)[:, None]
     z = (share + (1 - share) * TOP) * np.cos(azimuth)[:, None]
     return np.arctan2(x, z), np.hypot(x, z)
 
 
-def ways_of(head: Head, edge: NDArray, azimuth: NDArray, rows: int) -> NDArray[np.float64]:
-    """(c, r, 3) unit vectors from the head's middle to the places of a crown's columns."""
-    around, out = _disc(azimuth, rows)
+def ways_of(head: Head, edge: NDArray, azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:
+    """(c, r, 3) unit vectors from the head's middle to the places of a crown's columns.
+
+    edge : (48,) heights of its rim;  azimuth : (c,) radians;  share : (r,) of the way to the rim
+    """
+    around, out = _disc(azimuth, share)
     metres = head.metres(np.interp(around, ANGLES, edge, period=2 * np.pi))
     up = metres - (head.middle[1] - head.eyes[1])
     rim = np.arctan2(up, head.levels(head.axis, around, metres))
@@ -177,6 +213,26 @@ def ways_of(head: Head, edge: NDArray, azimuth: NDArray, rows: int) -> NDArray[n
     return np.stack(
         [np.sin(around) * flat, np.sin(elevation), np.cos(around) * flat], axis=-1
     )  # fmt: skip
+
+
+def _shade(head: Head, hat: Hat, crown: Shell, count: int) -> NDArray[np.float32]:
+    """(count,) of the colour: bands, seams and creases are darker, and so is what is inside."""
+    shade = np.ones(count, dtype=np.float32)
+    shade[crown.inner] = SHADED
+    if hat.cloth is not None:
+        return shade
+    columns, rows = crown.outer.shape
+    if hat.peaked:
+        shade[crown.outer[:: columns // SEAMS]] = SEAM
+    if hat.band:
+        _, first = _shares(head, hat, rows)
+        shade[crown.outer[:, first - 1]] = CREASE
+        shade[crown.outer[:, first:]] = 1.0 if hat.cuff else RIBBON
+    upper, lower = shade[len(crown.points) :].reshape(2, BRIM, columns)
+    upper[:] = PEAKED if hat.peaked else 1.0
+    upper[0] = CREASE
+    lower[:] = SHADED
+    return shade
 
 
 def thickness(thick: NDArray, azimuth: NDArray, share: NDArray) -> NDArray[np.float64]:

@@ -98,7 +98,7 @@ def inflated(sight: Sight, edge: NDArray, steps: int) -> NDArray[np.float64] | N
     begin = float(np.median(at_rim)) if at_rim.size else float(wide[0])
     depth = (1 + SNUG * (begin - 1)) * np.minimum(wide / begin, FLARES)
 
-    ways = ways_of(head, edge, ANGLES, steps)
+    ways = ways_of(head, edge, ANGLES, np.linspace(0, 1, steps))
     far = np.arange(STEP, REACH, STEP)
     places = far[:, None, None, None] * ways
     level = (places[..., 1] - seen.levels[0]) / LEVEL

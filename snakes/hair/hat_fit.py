@@ -27,6 +27,9 @@ from .sight import Outline, Sight, bilinear, direction
 
 __all__ = ["fit_hat"]
 
+LINES, FULL = 0.14, 0.2
+"""How dark a hat of white paper is drawn by its lines alone, and how much less than wholly a black
+one is."""
 STEPS = 16
 """Steps of a crown's thickness, from its top to its rim."""
 ROUNDS = 4
@@ -49,6 +52,9 @@ LEAN = (0.16, 0.10)
 is known, and the spread of that."""
 SIDEWAYS = 0.05
 """Height by which a rim is usually lower at one side than in the middle."""
+TILTS = {1: (0.0, 0.36), 2: (-0.12, 0.12)}
+"""Heights between which it is higher in front than at the sides, and at the left: hats do not lie
+lower on the forehead than on the neck, and fall off where they lean farther."""
 RIM = (-0.3, 0.86)
 """Heights between which a rim is."""
 NARROW = 0.08
@@ -66,6 +72,10 @@ DROPS, LINED = 0.018, 0.5
 share of the columns in front in which a line across is drawn there: where a peak begins."""
 BAND, LEVEL = (0.035, 0.24), 0.7
 """Heads above the border between which that line is looked for, and how level it is: 1 wholly."""
+RIBBON, FOLD, CUFF = (0.02, 0.035), (0.025, 0.07), 0.004
+"""Metres that a ribbon and what is folded up are high, and that this stands off."""
+HEM = 0.012, 0.0015
+"""The same of a hem."""
 HANGS = 0.2
 """Share of a hat below the eyes from which on it is a hood or a scarf."""
 PEAK = (0.062, np.radians(75))
@@ -93,7 +103,7 @@ def fit_hat(
     page : with the hat for hair, see `hat_region.page_hat`
     vertices : (n, 3) metres, the posed face of `parameters`;  camera : of the page's pixels
     """
-    tone = float(np.clip(page.tone, 0, 1))
+    tone = float(np.clip((page.tone - LINES) / (1 - LINES - FULL), 0, 1))
     head = head_of(rig, parameters.identity)
     eyes = page.cells(camera.project(vertices[rig.parts["eyes"]])).mean(axis=0)
     if page.hair[max(int(eyes[1]), 0) :].sum() > HANGS * page.hair.sum():
@@ -109,17 +119,17 @@ def fit_hat(
     edge = _ring(found, sure)
     trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
     juts = _juts(trimmed, page.hair)
-    drop = 0.0
+    drop, line = 0.0, _line_across(page, sight)
     ahead = sight.directions[0, 2]
     if len(juts) == 1 and next(iter(juts)) * ahead > -TURNED:
         edge = _ring(found, np.where(_away(ANGLES) < SIDES, 0.05 * sure, sure))
     else:
-        edge, drop = _rim(found, sure, head, _is_lined(page, sight))
+        edge, drop = _rim(found, sure, head, line > 0)
     edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
     trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
     thick = _crown(trimmed, trimmed.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
-    return _with_brim(made, trimmed, page.hair, drop)
+    return _with_band(_with_brim(made, trimmed, page.hair, drop), line)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -174,8 +184,8 @@ def _rim(
     return level, drop
 
 
-def _is_lined(page: PageHair, sight: Sight) -> bool:
-    """Whether a line runs across the hat in front, a little above its border."""
+def _line_across(page: PageHair, sight: Sight) -> float:
+    """Metres above its border at which a line runs across the hat in front, 0 without one."""
     hat = page.hair
     column = sight.page.hair.any(axis=0)
     first, last = np.flatnonzero(column)[[0, -1]]
@@ -186,7 +196,24 @@ def _is_lined(page: PageHair, sight: Sight) -> bool:
     band = hat & (above > BAND[0]) & (above < BAND[1])
     level = 2 * page.strokes.along[..., 0] ** 2 - 1 > LEVEL
     drawn = band & level & (page.strokes.coherence > 0.6)
-    return bool(drawn.any(axis=0)[first + quarter : last - quarter + 1].mean() > LINED)
+    middle = slice(first + quarter, last - quarter + 1)
+    lined = drawn[:, middle].any(axis=0)
+    if lined.mean() <= LINED:
+        return 0.0
+    heights = np.where(drawn, above, np.inf)[:, middle].min(axis=0)[lined]
+    return float(np.median(heights) * ROWS / sight.unit)
+
+
+def _with_band(hat: Hat, line: float) -> Hat:
+    """The hat with what its rim ends in: a ribbon above a brim, what is folded up as far as a line
+    (metres) that is drawn across it, or a hem."""
+    if hat.peaked:
+        return hat
+    if hat.brim.max() > 0:
+        return replace(hat, band=float(np.clip(line, *RIBBON)))
+    if not line:
+        return replace(hat, band=HEM[0], cuff=HEM[1])
+    return replace(hat, band=float(np.clip(line, *FOLD)), cuff=CUFF)
 
 
 def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
@@ -200,6 +227,10 @@ def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
         solved = np.linalg.solve(ways.T @ rows + held, rows.T @ found + held @ usual)
         off = np.abs(ways @ solved - found)
         weight = sure / (1 + (off / 0.08) ** 2)
+    for k, (low, high) in TILTS.items():
+        solved[k] = np.clip(solved[k], low, high)
+    off = found - ways @ solved
+    solved[0] += np.average(off, weights=sure / (1 + (off / 0.08) ** 2) + 1e-9)
     return np.clip(ways @ solved, *RIM)
 
 
@@ -256,7 +287,8 @@ def _juts(sight: Sight, region: NDArray[np.bool_]) -> dict[int, NDArray[np.float
     ahead = sight.directions[0, 2]
     for side in (-1, 1):
         tip = whole[(side * whole[:, 0]).argmax()]
-        if side * tip[0] - (side * crown[:, 0]).max() > JUTS[int(side * ahead > TURNED)]:
+        juts = side * tip[0] - (side * crown[:, 0]).max()
+        if juts > JUTS[int(side * ahead > TURNED)]:
             tips[side] = tip
     return tips
 
