@@ -32,7 +32,7 @@ UNDER, HIGHEST = 0.1, 0.93  # height around a rim at which hair goes under it, a
 FLATTENED, LOOSE = 0.004, 0.25  # metres that hair stands off under a hat, and its curls at most
 # Linear RGB of cloth by how dark it is drawn: undyed, a greyish blue, and black.
 TONES = (0.0, 0.45, 1.0)
-DYES = ((0.68, 0.63, 0.54), (0.115, 0.125, 0.155), (0.010, 0.010, 0.012))
+DYES = ((0.80, 0.745, 0.64), (0.115, 0.125, 0.155), (0.010, 0.010, 0.012))
 STEP = 0.011  # share of a column over which a band's upper border falls to the crown
 RIBBON = 0.42  # of the colour: a band that does not stand off is one
 CREASE, SHADED = 0.55, 0.62  # the same above a cuff and where a brim begins, and of what is inside

@@ -21,7 +21,7 @@ from facs_rig.hair.head import Head
 
 from .sight import Sight, direction
 
-__all__ = ["inflated", "without_juts"]
+__all__ = ["inflated", "is_cut", "without_juts"]
 
 LEVEL, EVEN = 0.003, 2.5
 """Metres from a level to the next, and levels over which the outline is evened."""
@@ -33,11 +33,15 @@ times as wide at its rim, and what juts out farther is a brim or a peak."""
 NARROWEST, FOOT = 0.045, 0.85
 """Metres that a crown is wide at its top at least, and share of its width half the way down that it
 has at its foot at least."""
+SHALLOW = 0.045
+"""Metres that a crown is high below which all of it is as wide as it is."""
 FLARES = 1.04
 """Times the width at the rim that it is seen from the side at most, however it flares in front: a
 flat cap hangs over at its sides, not behind."""
 SNUG = 0.5
 """Share of what it is wider than the head that it is deeper than the head."""
+CUT = 0.6
+"""Share of its greatest width that a crown is wide where the page's upper edge cuts it off."""
 OVER = 0.022
 """Metres that a crown which the page's upper edge cuts off is higher than the skull."""
 REACH, STEP = 0.42, 0.0025
@@ -46,11 +50,18 @@ WIDEST = 2.2
 """Times the head's width that a crown is wide at most."""
 
 
+def is_cut(hat: NDArray[np.bool_]) -> bool:
+    """Whether a page's upper edge cuts a region off: it is about as wide there as it is at all."""
+    wide = hat.sum(axis=1)
+    first = int((wide > 0).argmax())
+    return bool(wide[first : first + 3].max() > CUT * wide.max())
+
+
 def without_juts(sight: Sight, edge: NDArray) -> NDArray[np.bool_]:
     """(h, w) a crown's region without what juts out of its foot farther than a dome does."""
     seen = _outline(sight, edge)
     hat = sight.page.hair
-    if seen is None:
+    if seen is None or np.ptp(seen.levels) < SHALLOW:
         return hat
     left, right = seen.bounds()
     v, u = np.nonzero(hat)
@@ -151,7 +162,7 @@ class _Outline:
         known[:half] &= wide[:half] > FOOT * foot
         left, right = (np.interp(levels, levels[known], side[known]) for side in (left, right))
         whole = cls(levels, left, right, rim)
-        return whole._closed(sight.head) if (v == 0).sum() > 2 else whole
+        return whole._closed(sight.head) if is_cut(sight.page.hair) else whole
 
     def _closed(self, head: Head) -> _Outline:
         """With a top above the page's upper edge, where that cuts it off below the skull's."""

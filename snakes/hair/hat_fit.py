@@ -21,7 +21,8 @@ from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
 from .cut_fit import EYES, LIDS, fit_cut
-from .hat_crown import inflated, without_juts
+from .hat_band import line_across, with_band
+from .hat_crown import inflated, is_cut, without_juts
 from .region import ROWS, PageHair
 from .sight import Outline, Sight, bilinear, direction
 
@@ -67,15 +68,8 @@ FRONT, BESIDE, SIDES = np.radians(25), np.radians([32, 50]), np.radians(50)
 on it does not hide the rim."""
 RISES = 0.006
 """Metres that the border is higher there than in front, under a peak."""
-DROPS, LINED = 0.018, 0.5
-"""Metres that the border lies lower in front than the rim of the sides would, under a peak; and the
-share of the columns in front in which a line across is drawn there: where a peak begins."""
-BAND, LEVEL = (0.035, 0.24), 0.7
-"""Heads above the border between which that line is looked for, and how level it is: 1 wholly."""
-RIBBON, FOLD, CUFF = (0.02, 0.035), (0.025, 0.07), 0.004
-"""Metres that a ribbon and what is folded up are high, and that this stands off."""
-HEM = 0.012, 0.0015
-"""The same of a hem."""
+DROPS = 0.018
+"""Metres that the border lies lower in front than the rim of the sides would, under a peak."""
 HANGS = 0.2
 """Share of a hat below the eyes from which on it is a hood or a scarf."""
 PEAK = (0.062, np.radians(75))
@@ -86,11 +80,13 @@ PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.045, 0.095)
 """Radians from the front at which a peak may be, and metres that it juts out."""
 DROOPS = (-0.05, 0.8)
 """Metres that a peak's border lies lower for each metre that it juts out."""
+BESIDE_HEAD = 0.006
+"""Metres that the tip of a brim or a peak is seen beside the head."""
 STRAY, ALIKE = 0.055, 0.35
-"""Metres from the rim's height from which on what juts out is no brim, and the share of the longer
-side's length that a brim has at its shorter side at least."""
-LONGEST = 0.16
-"""Metres that a brim juts out at most."""
+"""Metres from the rim's height from which on what juts out is no brim, and the share of what juts
+out at one side that does at the other, where it goes all around."""
+BRIM = (0.025, 0.16)
+"""Metres that a brim juts out."""
 STEEPEST = 1.1
 """Metres that a brim's border lies lower for each metre that it juts out, at most."""
 
@@ -119,27 +115,29 @@ def fit_hat(
     edge = _ring(found, sure)
     trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
     juts = _juts(trimmed, page.hair)
-    drop, line = 0.0, _line_across(page, sight)
+    drop, line = 0.0, line_across(page, sight)
     ahead = sight.directions[0, 2]
     if len(juts) == 1 and next(iter(juts)) * ahead > -TURNED:
         edge = _ring(found, np.where(_away(ANGLES) < SIDES, 0.05 * sure, sure))
     else:
-        edge, drop = _rim(found, sure, head, line > 0)
+        edge, drop = _rim(found, sure, head, line.high if line.crescent else 0.0)
     edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
     trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
     thick = _crown(trimmed, trimmed.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
-    return _with_band(_with_brim(made, trimmed, page.hair, drop), line)
+    return with_band(_with_brim(made, trimmed, page.hair, drop), line)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The largest piece of a region after what is narrow has been taken off."""
     reach = NARROW * ROWS
     room = np.pad(hat, 1)
-    room[0] = room[1]  # a crown that leaves the page goes on there
+    if is_cut(hat):  # a crown that leaves the page goes on there
+        first = int(room.any(axis=1).argmax())
+        room[:first] = room[first : first + 3].any(axis=0)
     depth = ndimage.distance_transform_edt(room)
     wide = ndimage.distance_transform_edt(depth <= reach) <= reach
-    label, count = ndimage.label((wide & room)[1:-1, 1:-1])
+    label, count = ndimage.label((wide & room)[1:-1, 1:-1] & hat)
     if not count:
         return np.zeros(hat.shape, dtype=bool)
     return label == 1 + np.bincount(label.ravel())[1:].argmax()
@@ -162,58 +160,27 @@ def _away(azimuth: NDArray) -> NDArray[np.float64]:
 
 
 def _rim(
-    found: NDArray, sure: NDArray, head: Head, lined: bool
+    found: NDArray, sure: NDArray, head: Head, crescent: float
 ) -> tuple[NDArray[np.float64], float]:
     """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's.
 
-    lined : whether a line is drawn where a peak would begin
+    crescent : metres that what a line cuts off as a peak is high in front, 0 without
     """
     away = _away(ANGLES)
     sides = np.where(away > SIDES, sure, 0.0)
     front = np.where(away < FRONT, sure, 0.0)
     drop = 0.0
-    if lined and sides.sum() > 0.5 and front.sum() > 0.5:
+    if sides.sum() > 0.5 and front.sum() > 0.5:
         level = _ring(found, sides)
         lower = head.metres(level) - head.metres(found)
         drop = float(np.average(lower, weights=front))
         beside = np.where((away > BESIDE[0]) & (away < BESIDE[1]), sure, 1e-6)
         low, high = (np.average(head.metres(found), weights=w) for w in (front, beside))
         drop = drop if high - low > RISES else 0.0
+        drop = max(drop, crescent)
     if drop < DROPS:
         return _ring(found, sure), 0.0
     return level, drop
-
-
-def _line_across(page: PageHair, sight: Sight) -> float:
-    """Metres above its border at which a line runs across the hat in front, 0 without one."""
-    hat = page.hair
-    column = sight.page.hair.any(axis=0)
-    first, last = np.flatnonzero(column)[[0, -1]]
-    quarter = (last - first) // 4
-    row = np.arange(len(hat))[:, None]
-    border = len(hat) - 1 - hat[::-1].argmax(axis=0)
-    above = (border - row) / ROWS
-    band = hat & (above > BAND[0]) & (above < BAND[1])
-    level = 2 * page.strokes.along[..., 0] ** 2 - 1 > LEVEL
-    drawn = band & level & (page.strokes.coherence > 0.6)
-    middle = slice(first + quarter, last - quarter + 1)
-    lined = drawn[:, middle].any(axis=0)
-    if lined.mean() <= LINED:
-        return 0.0
-    heights = np.where(drawn, above, np.inf)[:, middle].min(axis=0)[lined]
-    return float(np.median(heights) * ROWS / sight.unit)
-
-
-def _with_band(hat: Hat, line: float) -> Hat:
-    """The hat with what its rim ends in: a ribbon above a brim, what is folded up as far as a line
-    (metres) that is drawn across it, or a hem."""
-    if hat.peaked:
-        return hat
-    if hat.brim.max() > 0:
-        return replace(hat, band=float(np.clip(line, *RIBBON)))
-    if not line:
-        return replace(hat, band=HEM[0], cuff=HEM[1])
-    return replace(hat, band=float(np.clip(line, *FOLD)), cuff=CUFF)
 
 
 def _ring(found: NDArray, sure: NDArray) -> NDArray[np.float64]:
@@ -282,14 +249,20 @@ def _juts(sight: Sight, region: NDArray[np.bool_]) -> dict[int, NDArray[np.float
 
     sight : of the crown;  region : (h, w) bool, of all of the hat
     """
-    crown, whole = (sight.metres(np.argwhere(of)[:, ::-1]) for of in (sight.page.hair, region))
-    tips = {}
-    ahead = sight.directions[0, 2]
+    cells = np.argwhere(region)
+    crown, whole = (
+        sight.metres(at[:, ::-1]) for at in (np.argwhere(sight.page.hair), cells)
+    )
+    ahead = abs(sight.directions[0, 2])
+    beside = ndimage.distance_transform_edt(~sight.page.head) / sight.unit
+    tips, juts = {}, {}
     for side in (-1, 1):
-        tip = whole[(side * whole[:, 0]).argmax()]
-        juts = side * tip[0] - (side * crown[:, 0]).max()
-        if juts > JUTS[int(side * ahead > TURNED)]:
-            tips[side] = tip
+        k = (side * whole[:, 0]).argmax()
+        jut = side * whole[k, 0] - (side * crown[:, 0]).max()
+        if jut > JUTS[int(ahead > TURNED)] and beside[tuple(cells[k])] > BESIDE_HEAD:
+            tips[side], juts[side] = whole[k], jut
+    if len(tips) == 2 and min(juts.values()) < ALIKE * max(juts.values()):
+        tips.pop(min(juts, key=juts.__getitem__))
     return tips
 
 
@@ -306,15 +279,11 @@ def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -
             tips[side] = tip
     if len(tips) == 2:
         ends = [tips[side] - view.rim(view.azimuth + side * np.pi / 2) for side in (-1, 1)]
-        outs = [abs(end[0]) for end in ends]
-        if min(outs) < ALIKE * max(outs):
-            tips.pop(-1 if outs[0] < outs[1] else 1)
-        else:
-            out = min(float(np.mean(outs)), LONGEST)
-            droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
-            if drop:
-                droop = (droop + view.droop(out, drop)) / 2
-            return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
+        out = float(np.clip(np.mean([abs(end[0]) for end in ends]), *BRIM))
+        droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
+        if drop:
+            droop = (droop + view.droop(out, drop)) / 2
+        return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
     if tips and not drop:
         ((side, tip),) = tips.items()
         if side * view.ahead(0.0)[0] < -TURNED:

@@ -96,7 +96,7 @@ def page_hat(
     strokes = strokes_in(ink, found, ROWS)
     return PageHair(
         box, found, np.zeros(found.shape, dtype=bool), zones.head, contour(found, box),
-        tone_of(ink, found), texture_of(ink, found, strokes, ROWS), strokes, None,
+        tone_of(ink, found), texture_of(ink, found, strokes, ROWS), strokes, None, ink=ink,
     )  # fmt: skip
 
 

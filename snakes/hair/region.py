@@ -83,6 +83,7 @@ class PageHair:
     strokes : where its strokes run
     part : (2,) pixels where a parting meets the forehead, or None
     wave : how wavy its strokes are, 0 to 1
+    ink : (h, w) float, how much of each cell is inked, where a hat is looked at
     """
 
     box: Box
@@ -95,6 +96,7 @@ class PageHair:
     strokes: Strokes
     part: NDArray[np.float64] | None
     wave: float = 0.0
+    ink: NDArray[np.floating] | None = None
 
     @property
     def cell(self) -> float:
