@@ -21,7 +21,7 @@ BAND, LEVEL = (0.045, 0.3), 0.5
 LINED, EVEN = 0.6, 0.018
 """Share of the columns in front in which it is drawn, and heads that it is off a smooth line: what
 is hatched has strokes at any height."""
-CRESCENT = 1.45
+CRESCENT = 1.6
 """Times as high in its middle as at its sides that what it cuts off is a peak, not a fold."""
 RIBBON, FOLD, CUFF = (0.02, 0.035), (0.025, 0.07), 0.004
 """Metres that a ribbon and what is folded up are high, and that this stands off."""

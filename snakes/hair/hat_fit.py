@@ -112,20 +112,25 @@ def fit_hat(
     found, sure = _border(sight)
     if sure.sum() < 2:
         return None
+    # The crown with the corners that it lost, but without what stands off it.
+    near = ndimage.distance_transform_edt(~crown) <= NARROW * ROWS
+    sight = replace(sight, page=replace(page, hair=page.hair & near))
     edge = _ring(found, sure)
-    trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
-    juts = _juts(trimmed, page.hair)
+    juts = _juts(_trimmed(sight, edge), page.hair)
     drop, line = 0.0, line_across(page, sight)
     ahead = sight.directions[0, 2]
     if len(juts) == 1 and next(iter(juts)) * ahead > -TURNED:
         edge = _ring(found, np.where(_away(ANGLES) < SIDES, 0.05 * sure, sure))
+    elif line.crescent and not juts:
+        drop = line.high
+        edge = _ring(_above_peak(found, head, drop), sure)
     else:
-        edge, drop = _rim(found, sure, head, line.high if line.crescent else 0.0)
+        edge, drop = _rim(found, sure, head)
     edge = np.maximum(edge, LIDS - 4 * np.clip(_away(ANGLES) - EYES, 0, 1))
-    trimmed = replace(sight, page=replace(page, hair=without_juts(sight, edge)))
-    thick = _crown(trimmed, trimmed.outline_of_region(), edge)
+    sight = _trimmed(sight, edge)
+    thick = _crown(sight, sight.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
-    return with_band(_with_brim(made, trimmed, page.hair, drop), line)
+    return with_band(_with_brim(made, sight, page.hair, drop), line)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -159,13 +164,18 @@ def _away(azimuth: NDArray) -> NDArray[np.float64]:
     return np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _rim(
-    found: NDArray, sure: NDArray, head: Head, crescent: float
-) -> tuple[NDArray[np.float64], float]:
-    """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's.
+def _trimmed(sight: Sight, edge: NDArray) -> Sight:
+    return replace(sight, page=replace(sight.page, hair=without_juts(sight, edge)))
 
-    crescent : metres that what a line cuts off as a peak is high in front, 0 without
-    """
+
+def _above_peak(found: NDArray, head: Head, high: float) -> NDArray[np.float64]:
+    """(48,) heights of a border without a peak that is so many metres high in front."""
+    share = np.cos(np.clip(_away(ANGLES) / PEAK[1], 0, 1) * np.pi / 2)
+    return head.height(head.metres(found) + high * share)
+
+
+def _rim(found: NDArray, sure: NDArray, head: Head) -> tuple[NDArray[np.float64], float]:
+    """(48,) heights of the rim, and metres that the border hangs below it in front: a peak's."""
     away = _away(ANGLES)
     sides = np.where(away > SIDES, sure, 0.0)
     front = np.where(away < FRONT, sure, 0.0)
@@ -177,7 +187,6 @@ def _rim(
         beside = np.where((away > BESIDE[0]) & (away < BESIDE[1]), sure, 1e-6)
         low, high = (np.average(head.metres(found), weights=w) for w in (front, beside))
         drop = drop if high - low > RISES else 0.0
-        drop = max(drop, crescent)
     if drop < DROPS:
         return _ring(found, sure), 0.0
     return level, drop
