@@ -87,6 +87,8 @@ STRAY, ALIKE = 0.055, 0.35
 out at one side that does at the other, where it goes all around."""
 BRIM = (0.025, 0.16)
 """Metres that a brim juts out."""
+FALLS = 0.9
+"""The same from which on it is the foot of a wide crown."""
 STEEPEST = 1.1
 """Metres that a brim's border lies lower for each metre that it juts out, at most."""
 
@@ -112,9 +114,6 @@ def fit_hat(
     found, sure = _border(sight)
     if sure.sum() < 2:
         return None
-    # The crown with the corners that it lost, but without what stands off it.
-    near = ndimage.distance_transform_edt(~crown) <= NARROW * ROWS
-    sight = replace(sight, page=replace(page, hair=page.hair & near))
     edge = _ring(found, sure)
     juts = _juts(_trimmed(sight, edge), page.hair)
     drop, line = 0.0, line_across(page, sight)
@@ -290,6 +289,8 @@ def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -
         ends = [tips[side] - view.rim(view.azimuth + side * np.pi / 2) for side in (-1, 1)]
         out = float(np.clip(np.mean([abs(end[0]) for end in ends]), *BRIM))
         droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
+        if droop > FALLS:
+            return hat
         if drop:
             droop = (droop + view.droop(out, drop)) / 2
         return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
