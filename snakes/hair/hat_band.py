@@ -16,7 +16,7 @@ __all__ = ["Line", "line_across", "with_band"]
 
 INKED, GAP = 0.3, 2
 """Ink of a line, and cells of paper between it and the border, which is another line."""
-BAND, LEVEL = (0.045, 0.3), 0.5
+BAND, LEVEL = (0.075, 0.3), 0.5
 """Heads above the border between which a line is looked for, and how level it is: 1 wholly."""
 LINED, EVEN = 0.6, 0.018
 """Share of the columns in front in which it is drawn, and heads that it is off a smooth line: what

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from facs_rig import Camera, FaceParameters, FaceRig
-from facs_rig.hair.cut import ANGLES, AZIMUTHS
+from facs_rig.hair.cut import ANGLES, AZIMUTHS, Cut
 from facs_rig.hair.hat import Hat, crown_on
 from facs_rig.hair.head import Head, head_of
 
@@ -70,15 +70,20 @@ RISES = 0.006
 """Metres that the border is higher there than in front, under a peak."""
 DROPS = 0.018
 """Metres that the border lies lower in front than the rim of the sides would, under a peak."""
+COVERS = 0.85
+"""Height down to which cloth that hangs covers a head at least."""
+CLOTH, EDGE, TOP = (2.0, 1.0), 0.7, 0.35
+"""Azimuths and steps over which a cloth's thickness is evened, azimuths over which its edge is, and
+share of the way down from its top where it is about as thick from all sides."""
 HANGS = 0.2
 """Share of a hat below the eyes from which on it is a hood or a scarf."""
-PEAK = (0.062, np.radians(75))
+PEAK = (0.062, np.radians(66))
 """Metres that a peak juts out whose border alone is seen, and radians to each side that it goes."""
 TURNED = 0.12
 """Share of a metre to the front from which on it is seen what juts out there."""
-PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.045, 0.095)
+PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.045, 0.085)
 """Radians from the front at which a peak may be, and metres that it juts out."""
-DROOPS = (-0.05, 0.8)
+DROOPS = (0.05, 0.8)
 """Metres that a peak's border lies lower for each metre that it juts out."""
 BESIDE_HEAD = 0.006
 """Metres that the tip of a brim or a peak is seen beside the head."""
@@ -106,7 +111,7 @@ def fit_hat(
     eyes = page.cells(camera.project(vertices[rig.parts["eyes"]])).mean(axis=0)
     if page.hair[max(int(eyes[1]), 0) :].sum() > HANGS * page.hair.sum():
         cut = fit_cut(page, rig, parameters, vertices, camera)
-        return None if cut is None else Hat.hanging(cut, tone)
+        return None if cut is None else Hat.hanging(_as_cloth(cut), tone)
     crown = _without_brim(page.hair)
     if not crown.any():
         return None
@@ -120,7 +125,7 @@ def fit_hat(
     ahead = sight.directions[0, 2]
     if len(juts) == 1 and next(iter(juts)) * ahead > -TURNED:
         edge = _ring(found, np.where(_away(ANGLES) < SIDES, 0.05 * sure, sure))
-    elif line.crescent and not juts:
+    elif line.crescent and len(juts) < 2:
         drop = line.high
         edge = _ring(_above_peak(found, head, drop), sure)
     else:
@@ -130,6 +135,15 @@ def fit_hat(
     thick = _crown(sight, sight.outline_of_region(), edge)
     made = Hat(edge, thick, np.zeros(AZIMUTHS), 0.0, tone)
     return with_band(_with_brim(made, sight, page.hair, drop), line)
+
+
+def _as_cloth(cut: Cut) -> Cut:
+    """A cut as evenly thick as cloth lies, alike at its top from all sides."""
+    thick = ndimage.gaussian_filter(cut.thick, CLOTH, mode=("wrap", "nearest"))
+    top = np.clip(1 - np.arange(thick.shape[1]) / (TOP * thick.shape[1]), 0, 1)
+    thick = thick + top * (thick.mean(axis=0) - thick)
+    edge = ndimage.gaussian_filter1d(cut.edge, EDGE, mode="wrap")
+    return replace(cut, edge=np.minimum(edge, COVERS), thick=thick, top=None)
 
 
 def _without_brim(hat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -360,4 +374,4 @@ def _steep(droop: float) -> float:
 def _peak(out: float, front: float) -> NDArray[np.float64]:
     """(48,) metres that a peak juts out whose middle is at an azimuth."""
     away = _away(ANGLES - front) / PEAK[1]
-    return out * np.sqrt(np.clip(1 - away**2, 0, 1))
+    return out * np.clip(1 - away**2, 0, 1) ** 0.6
