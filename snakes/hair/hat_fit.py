@@ -1,10 +1,10 @@
 """The hat that looks like the hat on a page.
 
 Its rim is a ring around the head: level, leaning to a side, or higher in front than behind, as far
-as it is seen. Its crown stands off the head so that its outline meets the region's; what the view
-does not show is like what it shows, as most hats are round (few waves around the head, each dearer
-than the one before). What juts out of the crown narrowly is a brim, or a peak where it is at one
-side or hangs over the forehead.
+as it is seen and as hats do. Its crown is blown up from the outline (`hat_crown`), and then stands
+off the head so that its outline meets the region's (few waves around the head, each dearer than the
+one before). What juts out of the crown narrowly is a brim, or a peak where it is at the side that
+the head is turned to, hangs over the forehead, or is cut off by a line (`hat_band`).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
 THIN, HIGH = 0.011, 0.26
 """Metres that a crown stands off at least and at most: hair has to lie under it."""
-WAVES = (0.1, 0.6, 3.0)
+WAVES = (0.04, 0.5, 3.0)
 """What it costs that a crown is not round, by waves around it."""
 BENDS = 0.02
 """What it costs that a crown bends from its top to its rim."""
@@ -53,7 +53,7 @@ LEAN = (0.16, 0.10)
 is known, and the spread of that."""
 SIDEWAYS = 0.05
 """Height by which a rim is usually lower at one side than in the middle."""
-TILTS = {1: (0.0, 0.36), 2: (-0.12, 0.12)}
+TILTS = {1: (0.0, 0.36), 2: (-0.15, 0.15)}
 """Heights between which it is higher in front than at the sides, and at the left: hats do not lie
 lower on the forehead than on the neck, and fall off where they lean farther."""
 RIM = (-0.3, 0.86)
@@ -72,7 +72,7 @@ DROPS = 0.018
 """Metres that the border lies lower in front than the rim of the sides would, under a peak."""
 COVERS = 0.85
 """Height down to which cloth that hangs covers a head at least."""
-CLOTH, EDGE, TOP = (2.0, 1.0), 0.7, 0.35
+CLOTH, EDGE, TOP = (1.2, 0.7), 0.5, 0.25
 """Azimuths and steps over which a cloth's thickness is evened, azimuths over which its edge is, and
 share of the way down from its top where it is about as thick from all sides."""
 HANGS = 0.2
@@ -92,10 +92,10 @@ STRAY, ALIKE = 0.055, 0.35
 out at one side that does at the other, where it goes all around."""
 BRIM = (0.025, 0.16)
 """Metres that a brim juts out."""
-FALLS = 0.9
-"""The same from which on it is the foot of a wide crown."""
 STEEPEST = 1.1
 """Metres that a brim's border lies lower for each metre that it juts out, at most."""
+FALLS = 0.45
+"""The same from which on what juts out at both sides is the foot of a wide crown, and no brim."""
 
 
 def fit_hat(
@@ -272,9 +272,7 @@ def _juts(sight: Sight, region: NDArray[np.bool_]) -> dict[int, NDArray[np.float
     sight : of the crown;  region : (h, w) bool, of all of the hat
     """
     cells = np.argwhere(region)
-    crown, whole = (
-        sight.metres(at[:, ::-1]) for at in (np.argwhere(sight.page.hair), cells)
-    )
+    crown, whole = (sight.metres(at[:, ::-1]) for at in (np.argwhere(sight.page.hair), cells))
     ahead = abs(sight.directions[0, 2])
     beside = ndimage.distance_transform_edt(~sight.page.head) / sight.unit
     tips, juts = {}, {}
@@ -303,11 +301,10 @@ def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -
         ends = [tips[side] - view.rim(view.azimuth + side * np.pi / 2) for side in (-1, 1)]
         out = float(np.clip(np.mean([abs(end[0]) for end in ends]), *BRIM))
         droop = -float(np.mean([end[1] for end in ends])) / out / view.upright
-        if droop > FALLS:
-            return hat
-        if drop:
-            droop = (droop + view.droop(out, drop)) / 2
-        return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
+        if droop < FALLS:
+            droop = (droop + view.droop(out, drop)) / 2 if drop else droop
+            return replace(hat, brim=np.full(AZIMUTHS, out), droop=_steep(droop))
+        tips = {}
     if tips and not drop:
         ((side, tip),) = tips.items()
         if side * view.ahead(0.0)[0] < -TURNED:
@@ -322,15 +319,19 @@ def _with_brim(hat: Hat, sight: Sight, region: NDArray[np.bool_], drop: float) -
 def _with_peak(hat: Hat, view: _View, side: int, tip: NDArray) -> Hat:
     """The hat with a peak whose tip (2,) is seen at a side of the page: as far to the front as a
     peak of a usual length can be."""
-    for front in PLACES:
-        front = side * front
-        way, end = view.ahead(front), tip - view.rim(front)
-        out = end[0] / way[0] if side * way[0] > TURNED else np.inf
-        if out <= LENGTH[1]:
+    lengths = np.linspace(*LENGTH, 9)
+    around = view.ways[:, [0, 2]] @ direction(ANGLES).T  # (2, 48)
+    for place in PLACES:
+        unit = _peak(1.0, side * place)
+        border = view.ring.T + lengths[:, None, None] * unit * around  # (9, 2, 48)
+        short = side * (tip[0] - border[:, 0])
+        if short[-1].min() <= 0:
             break
-    out = float(np.clip(out, *LENGTH))
-    droop = -(end[1] - out * way[1]) / out / view.upright
-    return replace(hat, brim=_peak(out, front), droop=float(np.clip(droop, *DROOPS)))
+    k = int(np.abs(short.min(axis=1)).argmin())
+    out, at = float(lengths[k]), int(short[k].argmin())
+    fall = border[k, 1, at] - tip[1]
+    droop = fall / max(out * float(unit[at]), out / 2) / view.upright
+    return replace(hat, brim=out * unit, droop=float(np.clip(droop, *DROOPS)))
 
 
 @dataclass(frozen=True)

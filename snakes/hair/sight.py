@@ -106,7 +106,7 @@ class Sight:
         return self.page.cells(self.camera.project(points @ self.linear + self.shift))
 
     def metres(self, cells: NDArray) -> NDArray[np.float64]:
-        """(k, 2) metres on the page, to the right and up, from the head's middle, of cells (k, 2)."""
+        """(k, 2) of cells (k, 2), metres on the page, right and up, from the head's middle."""
         right = np.array([-self.up[1], self.up[0]])
         away = (np.asarray(cells, float) - self.middle) / self.unit
         return np.stack([away @ right, away @ self.up], axis=1)

@@ -42,6 +42,40 @@ def test_a_brim_juts_out_and_droops_as_much_as_it_says():
     assert 0.03 < bare.points[:, 1].min() - wide.points[:, 1].min() < 0.05
 
 
+@pytest.mark.parametrize("cuff", [0.0, 0.005], ids=["ribbon", "fold"])
+def test_a_band_goes_up_from_the_rim_and_stands_off_as_it_says(cuff):
+    banded = replace(PLAIN, band=0.04, cuff=cuff)
+    made = hat_mesh(RIG, SOMEBODY, banded)
+    solid = trimesh.Trimesh(made.points, made.triangles, process=False)
+    assert solid.is_watertight and solid.is_winding_consistent
+    head = head_of(RIG, SOMEBODY)
+    crown = crown_on(head, banded)
+    outer = crown.points[crown.outer].astype(float)
+    far = np.linalg.norm(outer - head.middle, axis=-1)
+    off = far - head.rays(head.covered, (outer - head.middle) / far[..., None])
+    first = int((made.shade[crown.outer] < 0.9).all(axis=0).argmax())  # the crease above it
+    assert np.allclose(off[:, first + 1 :], 0.02 + cuff, atol=2e-3)
+    assert np.allclose(off[:, first], 0.02, atol=2e-3)
+    assert 0.035 < (outer[:, first + 1, 1] - outer[:, -1, 1]).mean() < 0.05
+    shade = made.shade[crown.outer[:, first + 1 :]]
+    assert (shade == 1).all() if cuff else (shade < 0.6).all()
+
+
+def test_a_peak_shows_where_it_begins_and_a_cap_its_seams():
+    cap, bare = (hat_mesh(RIG, {}, replace(PLAIN, brim=brim)) for brim in (PEAK, 0 * PEAK))
+    assert cap.hat.peaked and not bare.hat.peaked
+    crown = crown_on(head_of(RIG, {}), PLAIN)
+    assert len(np.unique(cap.shade[crown.outer[:, 5]])) == 2  # seams, and what is between them
+    assert len(np.unique(bare.shade[crown.outer[:, 5]])) == 1
+
+
+def test_cloth_is_as_dark_as_it_says():
+    light, hatched, black = (
+        np.mean(hat_mesh(RIG, {}, replace(PLAIN, colour=c)).colour) for c in (0.0, 0.45, 1.0)
+    )
+    assert light > 0.6 and 0.08 < hatched < 0.2 and black < 0.02
+
+
 def test_it_follows_the_head():
     made = hat_mesh(RIG, SOMEBODY, PLAIN)
     assert np.abs(made.on(RIG.neutral(SOMEBODY)) - made.points).max() < 1e-5
@@ -68,7 +102,8 @@ def test_hair_under_a_hat_does_not_come_through(name):
 @pytest.mark.parametrize(
     ("field", "value"),
     [("edge", np.full(48, 1.2)), ("thick", np.zeros((48, 1))), ("brim", np.full(48, -0.1)),
-     ("brim", np.full(48, np.nan)), ("colour", 1.5), ("droop", np.inf)],
+     ("brim", np.full(48, np.nan)), ("colour", 1.5), ("droop", np.inf),
+     ("band", -0.01), ("cuff", np.nan)],
 )  # fmt: skip
 def test_what_is_no_hat_is_refused(field, value):
     with pytest.raises(InputError):

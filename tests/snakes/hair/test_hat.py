@@ -13,7 +13,8 @@ from facs_rig.hair.hat import Hat, hat_mesh
 from facs_rig.hair.presets import preset
 from snakes.hair.hat_fit import fit_hat
 from snakes.hair.hat_region import page_hat, with_hat, without_hat
-from snakes.hair.region import page_hair
+from snakes.hair.region import ROWS, page_hair
+from snakes.hair.texture import strokes_in
 
 from .conftest import Scene, outline, overlap, seen
 
@@ -25,6 +26,8 @@ HATS = {
     "brim": Hat(RIM, np.full((48, 8), 0.025), np.full(48, 0.07), 0.1),
     "tall": Hat(RIM, 0.02 + 0.1 * np.linspace(1, 0, 8) + np.zeros((48, 1)), NONE),
 }
+
+SIDE = {"cap": 0.0, "beanie": 0.0, "brim": 0.0, "tall": 0.0}
 
 
 def worn(hat, parameters, camera, vertices):
@@ -75,6 +78,64 @@ def test_a_hat_is_found_and_made_again(name, yaw):
     ours = worn(hat, scene.parameters, scene.camera, scene.vertices)
     assert overlap(ours, scene.hair) > 0.8
     assert hat.cloth is None and (hat.brim.max() > 0.03) == (HATS[name].brim.max() > 0)
+
+
+@pytest.mark.parametrize("name", HATS)
+def test_a_hat_looks_the_same_kind_of_hat_from_the_side(name):
+    scene = hatted(name)
+    page, _ = found(scene)
+    hat = fit_hat(page, load_rig(), scene.parameters, scene.vertices, scene.camera)
+    aside = replace(scene.parameters, head=(float(np.radians(80)), 0.0, 0.0))
+    vertices = load_rig().pose(aside)
+    true, ours = (worn(of, aside, scene.camera, vertices) for of in (HATS[name], hat))
+    print("SIDE", name, overlap(ours, true))
+    assert overlap(ours, true) > SIDE[name]
+
+
+def test_a_peak_that_is_seen_aside_points_to_the_front():
+    scene = hatted("cap", 35.0)
+    page, _ = found(scene)
+    hat = fit_hat(page, load_rig(), scene.parameters, scene.vertices, scene.camera)
+    assert hat.peaked
+    front = np.arctan2(*(hat.brim @ np.stack([np.sin(ANGLES), np.cos(ANGLES)], axis=1)))
+    assert abs(front) < np.radians(20)
+    assert (hat.brim[np.cos(ANGLES) < 0] == 0).all()
+
+
+def lined(name: str, crescent: bool):
+    """The hat of a page on which a line runs across one in front, and the page."""
+    scene = hatted(name)
+    page, _ = found(scene)
+    row, column = np.indices(page.hair.shape)
+    border = len(page.hair) - 1 - page.hair[::-1].argmax(axis=0)
+    seen = np.flatnonzero(page.hair.any(axis=0))
+    middle, half = seen.mean(), np.ptp(seen) / 2
+    share = 1 - ((column - middle) / half) ** 2 if crescent else 1.0
+    off = np.abs(border - row - 20 * share)
+    ink = np.maximum(page.ink, np.clip(1.5 - off, 0, 1) * page.hair)
+    page = replace(page, ink=ink, strokes=strokes_in(ink, page.hair, ROWS))
+    return fit_hat(page, load_rig(), scene.parameters, scene.vertices, scene.camera)
+
+
+def test_a_level_line_is_a_fold_and_a_crescent_a_peak():
+    scene = hatted("beanie")
+    bare = fit_hat(found(scene)[0], load_rig(), scene.parameters, scene.vertices, scene.camera)
+    fold, cap = lined("beanie", False), lined("beanie", True)
+    assert not bare.peaked and 0 < bare.band < 0.02 and bare.cuff < 0.002
+    assert not fold.peaked and 0.03 < fold.band < 0.06 and fold.cuff > 0.002
+    assert cap.peaked and cap.brim.argmax() in (0, 1, 47)
+
+
+def test_a_rim_leans_no_farther_than_hats_do():
+    scene = hatted("beanie")
+    page, _ = found(scene)
+    row, column = np.indices(page.hair.shape)
+    rows, columns = np.nonzero(page.hair)
+    low = rows.max() - 0.8 * (columns.max() - column)
+    cut = replace(page, hair=page.hair & (row < low))
+    hat = fit_hat(cut, load_rig(), scene.parameters, scene.vertices, scene.camera)
+    assert abs(hat.edge @ np.sin(ANGLES)) / 24 < 0.16
+    assert hat.edge @ np.cos(ANGLES) >= -1e-9
 
 
 def test_a_face_with_hair_wears_no_hat():
