@@ -38,8 +38,6 @@ SHALLOW = 0.045
 FLARES = 1.04
 """Times the width at the rim that it is seen from the side at most, however it flares in front: a
 flat cap hangs over at its sides, not behind."""
-SNUG = 0.5
-"""Share of what it is wider than the head that it is deeper than the head."""
 CUT = 0.6
 """Share of its greatest width that a crown is wide where the page's upper edge cuts it off."""
 OVER = 0.022
@@ -107,7 +105,15 @@ def inflated(sight: Sight, edge: NDArray, steps: int) -> NDArray[np.float64] | N
     wide, shift = _grown(seen, across.min(), across.max())
     at_rim = wide[seen.at_rim(ABOVE)]
     begin = float(np.median(at_rim)) if at_rim.size else float(wide[0])
-    depth = (1 + SNUG * (begin - 1)) * np.minimum(wide / begin, FLARES)
+    # As far off the head in front and behind as at its sides, or as far in as it tapers there.
+    half, long = np.ptp(across) / 2, np.ptp(ring @ deep) / 2
+    skull = head.levels(head.axis, ANGLES[:, None], seen.levels + head.middle[1] - head.eyes[1])
+    skull = skull[..., None] * direction(ANGLES)[:, None]
+    beside, before = (np.ptp(skull @ way, axis=0) / 2 for way in (aside, deep))
+    off = np.maximum(wide * half - beside, 0)
+    at_foot = 1 + (begin - 1) * half / long
+    depth = np.maximum(at_foot * wide / begin, (before + off) / long)
+    depth = np.minimum(depth, FLARES * at_foot)
 
     ways = ways_of(head, edge, ANGLES, np.linspace(0, 1, steps))
     far = np.arange(STEP, REACH, STEP)

@@ -44,6 +44,8 @@ FACING = 0.15
 """Cosine between a surface and the view from which on it is seen."""
 THIN, HIGH = 0.011, 0.26
 """Metres that a crown stands off at least and at most: hair has to lie under it."""
+ROUND = 0.5
+"""Share that a crown stands off alike all around, beside what its outline says."""
 WAVES = (0.04, 0.5, 3.0)
 """What it costs that a crown is not round, by waves around it."""
 BENDS = 0.02
@@ -81,7 +83,7 @@ PEAK = (0.062, np.radians(66))
 """Metres that a peak juts out whose border alone is seen, and radians to each side that it goes."""
 TURNED = 0.12
 """Share of a metre to the front from which on it is seen what juts out there."""
-PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.045, 0.085)
+PLACES, LENGTH = np.radians([0, 15, 30, 45]), (0.055, 0.085)
 """Radians from the front at which a peak may be, and metres that it juts out."""
 DROOPS = (0.05, 0.8)
 """Metres that a peak's border lies lower for each metre that it juts out."""
@@ -243,6 +245,7 @@ def _crown(sight: Sight, outline: Outline, edge: NDArray) -> NDArray[np.float64]
     if usual is None:
         usual = np.full((AZIMUTHS, STEPS), STAND)
     usual = np.clip(usual, THIN, HIGH)
+    usual = ROUND * usual.mean(axis=0) + (1 - ROUND) * usual
     basis = np.kron(around, np.eye(STEPS))
     thick = usual
     none = np.zeros(AZIMUTHS)

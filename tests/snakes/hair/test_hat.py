@@ -27,7 +27,8 @@ HATS = {
     "tall": Hat(RIM, 0.02 + 0.1 * np.linspace(1, 0, 8) + np.zeros((48, 1)), NONE),
 }
 
-SIDE = {"cap": 0.0, "beanie": 0.0, "brim": 0.0, "tall": 0.0}
+# What a view from in front says about the one from the side at least, as overlap.
+SIDE = {"cap": 0.7, "beanie": 0.9, "brim": 0.83, "tall": 0.9}
 
 
 def worn(hat, parameters, camera, vertices):
@@ -88,7 +89,6 @@ def test_a_hat_looks_the_same_kind_of_hat_from_the_side(name):
     aside = replace(scene.parameters, head=(float(np.radians(80)), 0.0, 0.0))
     vertices = load_rig().pose(aside)
     true, ours = (worn(of, aside, scene.camera, vertices) for of in (HATS[name], hat))
-    print("SIDE", name, overlap(ours, true))
     assert overlap(ours, true) > SIDE[name]
 
 
