@@ -291,12 +291,14 @@ def sample_artist(
     manner: str | None = None,
     worn: float = 1.0,
     grins: float | None = None,
+    finish: str | None = None,
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
     manner : of MANNERS, else by their odds. Raises InputError for another name.
     worn : times as often as usual somebody has a beard, a moustache or a hat rather than none
     grins : how many draw open mouths as one bold shape, else as many as are usual in their manner
+    finish : in which hair is drawn, else by lot
     """
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
@@ -357,6 +359,7 @@ def sample_artist(
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
         hair_tone=within(0.0, 1.0, 3),
     )  # fmt: skip
+    artist = artist if finish is None else replace(artist, finish=finish)
     return _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
 
 
