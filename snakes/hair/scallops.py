@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-__all__ = ["scallops"]
+__all__ = ["is_scalloped", "scallops"]
 
 FINER = 2
 """Times as fine as the cells an outline is looked at."""
@@ -19,6 +19,16 @@ BALL, NEEDLE = 0.06, 0.018
 that rolls inside does not is a tip."""
 DEEP, LONG = 0.006, 0.008
 """Heads that a valley is deep, and a tip long, to count."""
+MANY, HOLLOW, POINTED = 2.8, 0.00095, 0.13
+"""Valleys to a head of outline, and square heads of them, from which on it is scalloped, and tips
+to a valley from which on it is jagged."""
+SHORT = 0.6
+"""Heads of outer edge of which there is no less: what few of them show is chance."""
+
+
+def is_scalloped(valleys: float, hollow: float, tips: float) -> bool:
+    """Whether an edge with these `scallops` has round bumps, and not the tips of straight hair."""
+    return valleys >= MANY and hollow >= HOLLOW and tips < POINTED * valleys
 
 
 def scallops(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:
@@ -32,7 +42,7 @@ def scallops(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, fl
     """
     shape, outer = _edge(ink, region, rows)
     unit = FINER * rows
-    length = max(outer.sum() / unit, BALL)
+    length = max(outer.sum() / unit, SHORT)
     away = ndimage.distance_transform_edt
     closed = away(away(~shape) <= BALL * unit) > BALL * unit
     near = ndimage.binary_dilation(outer, iterations=2)

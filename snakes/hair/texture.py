@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from .curl_weights import CURLY
-from .scallops import scallops
+from .scallops import is_scalloped, scallops
 
 __all__ = [
-    "TEXTURES", "Strokes", "curls_say", "parting", "strokes_in", "tensor", "texture_of", "tone_of",
+    "TEXTURES", "Strokes", "curls_say", "is_curly", "parting", "strokes_in", "tensor", "texture_of", "tone_of",
     "waves_in",
 ]  # fmt: skip
 
@@ -33,9 +33,9 @@ STROKE, SHARPEST = 0.014, 60.0
 over heads, counts."""
 LOCK = 0.045
 """Heads around a place in which strokes of straight hair run alike."""
-BENT, ALIKE, FEW = 8.0, 0.55, 0.03
-"""Curvature and coherence that strokes are taken to have where hardly any are seen, as in ink that
-is filled and in hair that is left white, and how much of them to a cell that is."""
+BENT, ALIKE, FEW = 8.0, 0.55, 0.008
+"""Curvature and coherence that strokes are taken to have of which hardly any are seen, as in ink
+that is filled and in hair that is left white, and square heads of them that are so few."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
 SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
@@ -122,7 +122,7 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     dark = ink > 0.4
     core = ndimage.distance_transform_edt(dark) > SOLID * rows
     solid = ndimage.distance_transform_edt(~core) <= SOLID * rows
-    if curls_say(ink, region, rows) @ CURLY[:-1] + CURLY[-1] > 0:
+    if is_curly(ink, region, rows):
         return "curls"
     if solid[inside].mean() > BLACK:
         return "black"
@@ -134,32 +134,42 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     return "strands" if ink[inside].mean() >= EMPTY else "outline"
 
 
-def curls_say(ink: NDArray, region: NDArray, rows: int) -> NDArray[np.float64]:
-    """(5,) what tells curls in a region (h, w) bool of a picture (h, w), 1 is ink: the logarithm of
-    how sharply strokes bend; how much they agree with those around them; the roots of how many
-    valleys and tips there are to a head of the outer edge; and thousandths of square heads of
-    valleys to it.
+def is_curly(ink: NDArray, region: NDArray, rows: int) -> bool:
+    """Whether a region (h, w) bool of a picture (h, w), 1 is ink, is drawn as curls: by strokes and
+    the outer edge together (logistic regression), by that alone in one tone without strokes.
 
     rows : cells to a head
-
-    Weighted by CURLY (logistic regression) they are above 0 where hair is curly.
     """
-    bend, alike = _bends(ink, region, rows)
+    says, stroked = curls_say(ink, region, rows)
+    if stroked:
+        return bool(says @ CURLY[:-1] + CURLY[-1] > 0)
+    return is_scalloped(says[2] ** 2, says[4] / 1000, says[3] ** 2)
+
+
+def curls_say(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray[np.float64], bool]:
+    """(5,) what CURLY weighs, and whether there are strokes to speak of; see `is_curly`.
+
+    These are the logarithm of how sharply strokes bend; how much they agree with those around them;
+    the roots of how many valleys and tips there are to a head of the outer edge; and thousandths of
+    square heads of valleys to it.
+    """
+    bend, alike, much = _bends(ink, region, rows)
     valleys, hollow, tips = scallops(ink, region, rows)
-    return np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
+    says = np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
+    return says, much > FEW
 
 
-def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float]:
+def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:
     """How sharply strokes bend in a region (h, w) bool, one over heads: how fast their direction
-    turns along them, root mean square, by how much ink says it; and their coherence as far as a
-    lock is wide, the mean."""
+    turns along them, root mean square, by how much ink says it; their coherence as far as a lock is
+    wide, the mean; and square heads of strokes."""
     part = tuple(
         slice(max(at.start - 4, 0), at.stop + 4)
         for at in ndimage.find_objects(region.astype(np.uint8))[0]
     )
     depth = ndimage.distance_transform_edt(region[part])
     inside = depth > min(RIM * rows, 0.4 * depth.max())
-    few = FEW * inside.sum()
+    few = FEW * rows**2
     down, across, right = tensor(ink[part], LOCK * rows, inside)
     total = down + right
     drawn = inside & (total > 1e-3)
@@ -175,7 +185,8 @@ def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float]:
     agreed = (np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)) ** 2
     weight = np.where(inside & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
     bent = (weight * np.minimum(along, SHARPEST) ** 2).sum() + few * BENT**2
-    return float(np.sqrt(bent / (weight.sum() + few))), float(alike)
+    much = weight.sum()
+    return float(np.sqrt(bent / (much + few))), float(alike), float(much / rows**2)
 
 
 def waves_in(strokes: Strokes, region: NDArray, rows: int) -> float:

@@ -35,11 +35,11 @@ from facs_rig import Camera, FaceParameters, load_rig  # noqa: E402
 from facs_rig.common.images import area_resample  # noqa: E402
 from snakes.hair import region  # noqa: E402
 from snakes.hair.region import ROWS, chance, grid, spread  # noqa: E402
-from snakes.hair.texture import curls_say  # noqa: E402
+from snakes.hair.texture import curls_say, is_curly  # noqa: E402
 from tests.benchmarks.refit_beard import logistic  # noqa: E402
 
 WEIGHTS = ROOT / "snakes" / "hair" / "curl_weights.py"
-FALSE = 0.035
+FALSE = 0.04
 """Share of drawings of straight hair, but for hair shorn to the skull, that is called curly: as
 many as were by rules before these weights."""
 RIDGE = 30.0
@@ -61,9 +61,12 @@ CURLY = {CURLY}
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What is seen of a drawing's hair, (5,) `curls_say`, how it is drawn, and whether curly."""
+    """What is seen of a drawing's hair, (5,) and whether it has strokes, see `curls_say`; whether
+    it is curly by its edge alone; how it is drawn, and whether it is curly."""
 
     says: NDArray[np.float64]
+    stroked: bool
+    scalloped: bool
     how: str
     curly: bool
 
@@ -85,7 +88,9 @@ def known(job: tuple[int, int]) -> Known | None:
     artist = meta["artist"]
     curly = artist["finish"] == "curls" or artist["cut"] == "afro"
     how = "shorn" if artist["cut"] == "shorn" and not curly else artist["finish"]
-    return Known(curls_say(ink, found, ROWS), "curls" if curly else how, curly)
+    says, stroked = curls_say(ink, found, ROWS)
+    scalloped = not stroked and is_curly(ink, found, ROWS)
+    return Known(says, stroked, scalloped, "curls" if curly else how, curly)
 
 
 def on_grid(picture: NDArray, meta: dict) -> tuple[NDArray, NDArray[np.bool_]]:
@@ -134,6 +139,7 @@ def _large(found: NDArray) -> NDArray[np.bool_]:
 
 def weights_of(every: list[Known]) -> NDArray[np.float64]:
     """(6,) the weights, and what is added."""
+    every = [one for one in every if one.stroked]
     curly = np.array([one.curly for one in every])
     says = np.stack([one.says for one in every])
     half = np.where(curly, 0.5 / curly.mean(), 0.5 / (1 - curly.mean()))  # both count alike
@@ -146,9 +152,12 @@ def weights_of(every: list[Known]) -> NDArray[np.float64]:
 def tell(every: list[Known], weights: NDArray) -> None:
     """Print how often hair is called curly, by how it is drawn."""
     score = np.stack([one.says for one in every]) @ weights[:-1] + weights[-1]
+    stroked = np.array([one.stroked for one in every])
+    called = np.where(stroked, score > 0, [one.scalloped for one in every])
     how = np.array([one.how for one in every])
     for name in sorted(set(how)):
-        print(f"{name:8s} {(score[how == name] > 0).sum():3d} of {(how == name).sum()}")
+        print(f"{name:8s} {called[how == name].sum():3d} of {(how == name).sum()}")
+    score, how = score[stroked], how[stroked]
     curly = how == "curls"
     rank = score[curly][:, None] > score[~curly]
     print(f"a curly head scores higher than another in {rank.mean():.3f} of all pairs")
