@@ -36,6 +36,8 @@ LOCK = 0.045
 BENT, ALIKE, FEW = 8.0, 0.55, 0.008
 """Curvature and coherence that strokes are taken to have of which hardly any are seen, as in ink
 that is filled and in hair that is left white, and square heads of them that are so few."""
+STROKED = 0.07
+"""How much of strokes there is to a cell where there are any to speak of."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
 SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
@@ -156,13 +158,13 @@ def curls_say(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray[np.floa
     bend, alike, much = _bends(ink, region, rows)
     valleys, hollow, tips = scallops(ink, region, rows)
     says = np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
-    return says, much > FEW
+    return says, much > STROKED
 
 
 def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:
     """How sharply strokes bend in a region (h, w) bool, one over heads: how fast their direction
     turns along them, root mean square, by how much ink says it; their coherence as far as a lock is
-    wide, the mean; and square heads of strokes."""
+    wide, the mean; and how much of strokes there is to a cell."""
     part = tuple(
         slice(max(at.start - 4, 0), at.stop + 4)
         for at in ndimage.find_objects(region.astype(np.uint8))[0]
@@ -186,7 +188,7 @@ def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, floa
     weight = np.where(inside & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
     bent = (weight * np.minimum(along, SHARPEST) ** 2).sum() + few * BENT**2
     much = weight.sum()
-    return float(np.sqrt(bent / (much + few))), float(alike), float(much / rows**2)
+    return float(np.sqrt(bent / (much + few))), float(alike), float(much / max(inside.sum(), 1))
 
 
 def waves_in(strokes: Strokes, region: NDArray, rows: int) -> float:

@@ -39,7 +39,7 @@ from snakes.hair.texture import curls_say, is_curly  # noqa: E402
 from tests.benchmarks.refit_beard import logistic  # noqa: E402
 
 WEIGHTS = ROOT / "snakes" / "hair" / "curl_weights.py"
-FALSE = 0.04
+FALSE = 0.035
 """Share of drawings of straight hair, but for hair shorn to the skull, that is called curly: as
 many as were by rules before these weights."""
 RIDGE = 30.0
