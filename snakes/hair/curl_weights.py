@@ -1,4 +1,4 @@
-"""Weights of the logistic regression by which curls are told; of texture.curls_say's terms.
+"""Weights of the logistic regression that tells curls, of texture.curls_say's terms.
 
 Written by tests/benchmarks/refit_curls.py: do not change them by hand, run it.
 """

@@ -12,8 +12,8 @@ from .curl_weights import CURLY
 from .scallops import is_scalloped, scallops
 
 __all__ = [
-    "TEXTURES", "Strokes", "curls_say", "is_curly", "parting", "strokes_in", "tensor", "texture_of", "tone_of",
-    "waves_in",
+    "TEXTURES", "Strokes", "curls_say", "is_curly", "parting", "strokes_in", "tensor", "texture_of",
+    "tone_of", "waves_in",
 ]  # fmt: skip
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")

@@ -49,7 +49,7 @@ CELLS, DOUBT = 24, 0.6
 """Cells of a network to a head, and log-odds by which what it says is off."""
 SIZES = (320, 420, 560)  # pixels to a side of a drawing
 LEAST = 200  # cells of hair
-TEXT = '''"""Weights of the logistic regression by which curls are told; of texture.curls_say's terms.
+TEXT = '''"""Weights of the logistic regression that tells curls, of texture.curls_say's terms.
 
 Written by tests/benchmarks/refit_curls.py: do not change them by hand, run it.
 """
@@ -114,9 +114,7 @@ def on_grid(picture: NDArray, meta: dict) -> tuple[NDArray, NDArray[np.bool_]]:
     return ink, truth
 
 
-def found_region(
-    ink: NDArray, truth: NDArray, rng: np.random.Generator
-) -> NDArray[np.bool_]:
+def found_region(ink: NDArray, truth: NDArray, rng: np.random.Generator) -> NDArray[np.bool_]:
     """(h, w) where hair is found that is there (h, w): seen by coarse cells, not quite surely, and
     brought to the drawn line."""
     soft = ndimage.gaussian_filter(truth.astype(float), 0.7 * ROWS / CELLS)

@@ -7,6 +7,7 @@ import pytest
 from PIL import Image, ImageDraw
 from scipy import ndimage
 
+from snakes.hair.scallops import scallops
 from snakes.hair.texture import strokes_in, texture_of
 
 ROWS, FINE = 112, 4
@@ -109,3 +110,10 @@ def test_long_highlights_say_that_black_hair_is_straight():
         lines[v[k] : v[k] + 25, u[k]] = 0
         specks[v[k] : v[k] + 4, u[k] : u[k] + 2] = 0
     assert [told(drawn, region) for drawn in (lines, specks)] == ["black", "curls"]
+
+
+def test_what_the_page_cuts_off_has_no_edge_there():
+    ink = mass("scallops", np.random.default_rng(5), 0.05)
+    below = np.flatnonzero(ink.any(axis=1))[0] + 15
+    whole, cut = (scallops(part, part > 0.5, ROWS)[0] for part in (ink, ink[below:]))
+    assert cut > 0.8 * whole > 3
