@@ -122,7 +122,7 @@ FITTING = {
 FITS = 0.8  # how often a moustache is one of those
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
 # How lips are drawn, above all shut ones, and teeth, where they are not drawn as `mouth` and `open`
-# say, "plain" (see `lips`); and in each manner how many artists draw them so.
+# say, "plain" (see `lips`, `teeth`); and in each manner how many artists draw them so.
 LIPPED = {"portrait": 0.8, "comic": 0.55, "cartoon": 0.12, "naive": 0.25}
 LIPS = {"plain": 0.0, "contour": 1.3, "shaded": 1.5, "dark": 0.8, "upper": 0.7, "line": 1.0,
         "wedge": 0.6}  # fmt: skip

@@ -1,9 +1,8 @@
-"""Mouths as portraits have them: shaded lips, lines of many kinds between shut ones, and teeth that
-are hardly drawn.
+"""Lips as portraits have them: shaded, dark, a line alone, amid hair; and mouths that are shut.
 
 A dark shape that could as well be the hole of an open mouth as shut lips is not drawn: where both
-lips are dark they keep a light of their own or paper between them, a line between lips is never so
-thick as the least opening, and white teeth have lips, dark corners or a few lines of their own.
+lips are dark they keep a light of their own or paper between them, and a line between lips is never
+so thick as the least opening. Open mouths stand in `teeth`.
 """
 
 from __future__ import annotations
@@ -16,18 +15,17 @@ from numpy.typing import NDArray
 from .artist import Artist
 from .canvas import Canvas
 from .patches import Patch, ticks
-from .shapes import Points, part, ribbon, smooth
+from .shapes import Points, part, ribbon
 from .sitter import Sitter
 
 if TYPE_CHECKING:
     from .mouth import Mouth
 
+TAPER = np.array([1.0, 0.9, 0.5])  # how strong strokes are that run out
 THICKEST = 0.022  # units, of a line between shut lips: less than the least opening
-CLOSE = 2.4  # pen's widths between rims, below which the pen that draws them is thinner
-NARROW, LEAST_PENS = 0.34, 6.0  # units, pen's widths: least width and height of lips that are dark
-SMALL = 5.0  # pixels of the tallest opening, below which there are no teeth in it
+NARROW = 0.34  # units, the least width of a mouth whose lips are dark
+LEAST_PENS = {"dark": 6.0, "upper": 6.0, "wedge": 6.0, "shaded": 4.5}  # their least height, in pens
 GROWN = 0.65  # of mouths under or over hair, those that it comes up to
-WHITE = (0.25, 0.75)  # shares of the way across, between which the lower lip shines
 
 
 # --- shut ---
@@ -36,18 +34,18 @@ WHITE = (0.25, 0.75)  # shares of the way across, between which the lower lip sh
 def draw_shut(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
     """Lips that meet, by `artist.lips`."""
     rng, how = canvas.rng, _way(canvas, sitter, artist, mouth)
-    over, under = _overgrown(canvas, artist)
+    over, under = overgrown(canvas, artist)
     line = _waved(sitter, mouth, rng)
-    upper, lower = Patch(line, mouth.outer_upper), Patch(mouth.outer_lower, line)
+    upper, lower = Patch(line, mouth.outer_upper), Patch(line, mouth.outer_lower)
     stroke = str(rng.choice(["drag", "slant", "across"], p=(0.25, 0.35, 0.4)))
     angle = float(rng.choice([0.7, 2.3, 1.4]) + rng.normal(0, 0.2))
     if how == "shaded":
         dark = rng.uniform(0.5, 1.0)
         if not over:
-            tone(canvas, upper, stroke, angle, rng.uniform(0.5, 1.0), dark)
+            tone(canvas, upper, stroke, angle, rng.uniform(0.7, 1.5), dark)
         if not under:
-            shine = _shine(rng) if rng.random() < 0.8 else None
-            tone(canvas, lower, stroke, angle, rng.uniform(0.25, 0.7), 0.8 * dark, shine)
+            light = shine(rng) if rng.random() < 0.8 else None
+            tone(canvas, lower, stroke, angle, rng.uniform(0.3, 1.0), 0.8 * dark, light)
     elif how == "dark":
         _dark(canvas, upper, lower, over, under)
     elif how == "upper":
@@ -56,14 +54,14 @@ def draw_shut(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> N
     elif how == "wedge":
         t = np.linspace(0, 1, len(line))
         deep = rng.uniform(0.6, 1.3) * THICKEST * sitter.unit / max(float(lower.tall.max()), 1.0)
-        hem = lower.at(t, 1 - min(deep, 0.4) * np.sin(np.pi * t) ** rng.uniform(0.5, 1.5))
-        tone(canvas, Patch(hem, line), stroke, angle, 0.8, rng.uniform(0.6, 1.0))
+        hem = lower.at(t, min(deep, 0.4) * np.sin(np.pi * t) ** rng.uniform(0.5, 1.5))
+        tone(canvas, Patch(line, hem), stroke, angle, 0.8, rng.uniform(0.6, 1.0))
     elif how == "contour" and rng.random() < 0.35:
-        tone(canvas, lower, stroke, angle, rng.uniform(0.1, 0.3), 0.7, _shine(rng))
+        tone(canvas, lower, stroke, angle, rng.uniform(0.1, 0.3), 0.7, shine(rng))
     bare = how == "line" or how == "wedge" and rng.random() < 0.5
-    between(canvas, sitter, line, artist.grin_bold if artist.grin != "none" else 1.0)
+    _between(canvas, sitter, line, artist.grin_bold if artist.grin != "none" else 1.0)
     if not bare:
-        borders(canvas, mouth, 0.6 if how in ("dark", "upper", "shaded") else 0.9, over, under)
+        borders(canvas, mouth, how, 0.6 if how == "shaded" else 0.9, over, under)
     elif not under and rng.random() < 0.4:
         low = rng.uniform(0.1, 0.3)
         canvas.line("lip", part(mouth.outer_lower, low, 1 - low), 0.7, 0.8, within=True)
@@ -71,15 +69,16 @@ def draw_shut(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> N
         below(canvas, sitter, mouth)
     if not over and artist.moustache == "none" and rng.random() < 0.3:
         _philtrum(canvas, sitter, mouth)
-    _hairs(canvas, sitter, mouth, line, line, over, under)
+    hairs(canvas, sitter, mouth, line, line, over, under)
 
 
 def _way(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> str:
     """How its lips are drawn: such that are too small for the pen or seen from the side would be
     one dark spot if they were dark."""
     thick = float(((mouth.outer_lower - mouth.outer_upper) @ sitter.down).max())
-    small = mouth.width < NARROW * sitter.unit or thick < LEAST_PENS * canvas.pen
-    return "contour" if small and artist.lips in ("dark", "upper", "wedge") else artist.lips
+    least = LEAST_PENS.get(artist.lips, 0.0)
+    small = mouth.width < NARROW * sitter.unit or thick < least * canvas.pen
+    return "contour" if small and least else artist.lips
 
 
 def _waved(sitter: Sitter, mouth: Mouth, rng: np.random.Generator) -> Points:
@@ -90,7 +89,7 @@ def _waved(sitter: Sitter, mouth: Mouth, rng: np.random.Generator) -> Points:
     return mouth.line + (size * bead)[:, None] * sitter.down
 
 
-def between(canvas: Canvas, sitter: Sitter, line: Points, bold: float = 1.0) -> None:
+def _between(canvas: Canvas, sitter: Sitter, line: Points, bold: float = 1.0) -> None:
     """The line (k, 2) where lips meet: even, swelling, broken, doubled, pale or in several strokes;
     dark or hooked at its corners by lot. bold : of the pen's width"""
     rng, unit, count = canvas.rng, sitter.unit, len(line)
@@ -113,7 +112,12 @@ def between(canvas: Canvas, sitter: Sitter, line: Points, bold: float = 1.0) -> 
                         bold * rng.uniform(0.8, 1.3), within=True)  # fmt: skip
     elif way == "double":
         canvas.line("mouth", line, bold, within=True)
-        off = rng.choice([-1, 1]) * rng.uniform(0.008, 0.014) * unit * np.sqrt(np.clip(1 - x**2, 0, 1))
+        off = (
+            rng.choice([-1, 1])
+            * rng.uniform(0.008, 0.014)
+            * unit
+            * np.sqrt(np.clip(1 - x**2, 0, 1))
+        )
         a = rng.uniform(0, 0.3)
         second = part(line + off[:, None] * sitter.down, a, min(1.0, a + rng.uniform(0.4, 0.9)))
         canvas.line("mouth", second, 0.8 * bold, 0.8, within=True)
@@ -126,28 +130,27 @@ def between(canvas: Canvas, sitter: Sitter, line: Points, bold: float = 1.0) -> 
             canvas.line("mouth", piece, bold * rng.uniform(0.7, 1.1), within=True)
         canvas.line("mouth", line, 0.7 * bold, within=True)
     if rng.random() < 0.45:
-        corners(canvas, sitter, line)
+        _corners(canvas, sitter, line)
 
 
-def corners(canvas: Canvas, sitter: Sitter, line: Points) -> None:
+def _corners(canvas: Canvas, sitter: Sitter, line: Points) -> None:
     """Dark ends of the line (k, 2) between lips, and hooks beyond them."""
     rng, unit = canvas.rng, sitter.unit
     dark, hook = rng.random() < 0.7, rng.random() < 0.6
     for k, inner, way in ((0, 4, -1), (-1, -5, 1)):
         if dark:
-            long = rng.uniform(1.0, 1.8)
-            canvas.line("mouth", np.stack([line[k], (line[k] + line[inner]) / 2, line[inner]]),
-                        long, [1.0, 1.0, 0.6], within=True)  # fmt: skip
+            ends = np.stack([line[k], (line[k] + line[inner]) / 2, line[inner]])
+            canvas.line("mouth", ends, rng.uniform(1.0, 1.5), TAPER, within=True)
         if hook:
             out, fall = rng.uniform(0.01, 0.04) * unit, rng.normal(0.01, 0.03) * unit
             end = line[k] + way * out * sitter.right + fall * sitter.down
             middle = (line[k] + end) / 2 + 0.15 * out * sitter.down
-            canvas.line("mouth", np.stack([line[k], middle, end]), 0.9, [1, 0.9, 0.5], within=True)
+            canvas.line("mouth", np.stack([line[k], middle, end]), 0.9, TAPER, within=True)
 
 
-def borders(canvas: Canvas, mouth: Mouth, share: float, over: bool, under: bool) -> None:
-    """The lips' borders, whole, in part or none. share : how often each is drawn
-    over, under : whether hair hides the upper, the lower one"""
+def borders(canvas: Canvas, mouth: Mouth, how: str, share: float, over: bool, under: bool) -> None:
+    """The lips' borders, whole, in part or none. share : how often each is drawn, but for the lower
+    one under a dark lip, which tells that it is one    over, under : whether hair hides either"""
     rng, soft = canvas.rng, canvas.rng.uniform(0.5, 1.0)
     top, low = mouth.outer_upper, mouth.outer_lower
     if not over and rng.random() < share:
@@ -161,7 +164,7 @@ def borders(canvas: Canvas, mouth: Mouth, share: float, over: bool, under: bool)
         else:
             a = rng.uniform(0.2, 0.4)
             canvas.line("lip", part(top, a, 1 - a), 0.8, soft, within=True)
-    if not under and rng.random() < share:
+    if not under and (how in ("dark", "upper") or rng.random() < share):
         a, b = rng.uniform(0.03, 0.33, 2)
         canvas.line("lip", part(low, a, 1 - b), 0.8, rng.uniform(soft, 1.0), within=True)
         if rng.random() < 0.2:
@@ -180,18 +183,19 @@ def _dark(canvas: Canvas, upper: Patch, lower: Patch, over: bool, under: bool) -
         else:
             tone(canvas, shape, "slant", rng.uniform(0.4, 2.7), 1.4, 1.0)
     if not under:
-        high = 1 - (rng.uniform(0.1, 0.25) if apart else 0.0)
-        shape = lower.strip((0.0, high), (0.0, high), 0.0)
+        low = rng.uniform(0.1, 0.25) if apart else 0.0
+        shape = lower.strip((low, 1.0), (low, 1.0), 0.0)
         stroke = str(rng.choice(["across", "slant", "drag"]))
         tone(canvas, shape, stroke, rng.uniform(0.4, 2.7), rng.uniform(0.6, 1.3),
-             rng.uniform(0.6, 1.0), _shine(rng))  # fmt: skip
+             rng.uniform(0.6, 1.0), shine(rng))  # fmt: skip
 
 
-def _shine(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """Where the lower lip is left white: middle and half-width across, lowest and highest `up`."""
+def shine(rng: np.random.Generator) -> tuple[float, float, float, float]:
+    """Where the lower lip is left white: middle and half-width across, from where to where on the
+    way from line to border, all as shares."""
     return (
-        rng.uniform(0.35, 0.65), rng.uniform(0.08, 0.28), rng.uniform(0.0, 0.4),
-        rng.uniform(0.65, 1.0),
+        rng.uniform(0.25, 0.75), rng.uniform(0.08, 0.36), rng.uniform(0.0, 0.35),
+        rng.uniform(0.6, 1.0),
     )  # fmt: skip
 
 
@@ -202,12 +206,12 @@ def tone(
     angle: float,
     cover: float,
     dark: float,
-    shine: tuple[float, float, float, float] | None = None,
+    light: tuple[float, float, float, float] | None = None,
 ) -> None:
-    """Shade on a lip in one kind of strokes: `across` it from the line between the lips, as it is
-    creased, `drag` along it, or `slant` at an angle.
+    """Shade on a lip, from the line or rim within to its border, in one kind of strokes: `across`
+    it as it is creased, `drag` along it, or `slant` at an angle.
 
-    cover : about how much of the patch they cover        dark : strength        shine : see `_shine`
+    cover : about how much of the patch they cover        dark : strength        light : see `shine`
     """
     rng = canvas.rng
     wide = float(np.hypot(*(patch.high[-1] - patch.high[0])))
@@ -219,8 +223,8 @@ def tone(
     width = pen / canvas.pen
     if stroke == "slant":
         area = canvas.area(patch.outline)
-        if shine:
-            area = area & ~canvas.area(_ring(patch, shine))
+        if light:
+            area = area & ~canvas.area(_ring(patch, light))
         sparse = float(np.clip(1 / max(cover, 0.1), 1.0, 3.2))
         canvas.blacken(patch.outline, angle, max(sparse, 1.05) if cover < 1.2 else 1.0, "hatch",
                        dark, True, area)  # fmt: skip
@@ -231,38 +235,38 @@ def tone(
             a, b = rng.uniform(0.02, 0.18, 2)
             t = np.linspace(a, 1 - b, 20)
             ups = np.clip(up + rng.normal(0, 0.08) * np.linspace(-1, 1, 20), 0, 1)
-            _shone(canvas, patch, t, ups, width, dark * rng.uniform(0.6, 1.0), shine)
+            _shone(canvas, patch, t, ups, width, dark * rng.uniform(0.6, 1.0), light)
         return
     count = int(np.clip(1.2 * cover * wide / pen, 5, 70))
     lean = rng.normal(0, 0.12)
     fan = rng.uniform(-0.3, 0.6)
-    from_line = rng.random() < 0.7
-    for t in np.sort(rng.uniform(0.03, 0.97, count)):
-        long = rng.uniform(0.45, 1.0)
-        ups = np.linspace(0, long, 7) if rng.random() < 0.5 else np.linspace(1 - long, 1, 7)
-        if from_line and shine is not None:  # on the lower lip the line is its upper edge
-            ups = np.linspace(1, 1 - long, 7)
-        elif from_line:
-            ups = np.linspace(0, long, 7)
+    from_line = rng.random() < 0.8
+    least = rng.choice([0.3, 0.55, 0.85])
+    for t in np.linspace(0.03, 0.97, count) + rng.normal(0, 0.25 / count, count):
+        # From the line between the lips, or toward it from the border.
+        ups = np.linspace(0, rng.uniform(least, 1.0), 7)
+        if not from_line:
+            ups = 1 - ups
         aside = (lean + 0.15 * fan * (t - 0.5)) * np.abs(ups - ups[0]) * tall / wide
-        _shone(canvas, patch, np.clip(t + aside, 0, 1), ups, width, dark * rng.uniform(0.6, 1.0), shine)
+        where = np.clip(t + aside, 0, 1)
+        _shone(canvas, patch, where, ups, width, dark * rng.uniform(0.7, 1.0), light)
 
 
-def _ring(patch: Patch, shine: tuple[float, float, float, float]) -> Points:
+def _ring(patch: Patch, light: tuple[float, float, float, float]) -> Points:
     """The outline of what is left white of a patch."""
-    middle, half, low, high = shine
+    middle, half, low, high = light
     t = np.linspace(0, 2 * np.pi, 18)
     return patch.at(middle + half * np.cos(t), (low + high) / 2 + (high - low) / 2 * np.sin(t))
 
 
 def _shone(
     canvas: Canvas, patch: Patch, t: NDArray, up: NDArray, width: float, dark: float,
-    shine: tuple[float, float, float, float] | None,
+    light: tuple[float, float, float, float] | None,
 ) -> None:  # fmt: skip
     """One stroke on a patch at places (k,), (k,), which leaves out what shines."""
     seen = None
-    if shine:
-        middle, half, low, high = shine
+    if light:
+        middle, half, low, high = light
         mid, tall = (low + high) / 2, max((high - low) / 2, 1e-3)
         seen = ((t - middle) / half) ** 2 + ((up - mid) / tall) ** 2 > 1
     canvas.line("hatch", patch.at(t, up), width, dark, seen, loose=0.3, within=True)
@@ -272,7 +276,9 @@ def below(canvas: Canvas, sitter: Sitter, mouth: Mouth) -> None:
     """The shadow under the lower lip: short strokes on the skin, which are no mouth."""
     rng, unit = canvas.rng, sitter.unit
     middle = mouth.outer_lower[len(mouth.outer_lower) // 2]
-    centre = middle + unit * (rng.uniform(0.03, 0.09) * sitter.down + rng.normal(0, 0.02) * sitter.right)
+    centre = middle + unit * (
+        rng.uniform(0.03, 0.09) * sitter.down + rng.normal(0, 0.02) * sitter.right
+    )
     half = rng.uniform(0.04, 0.16) * unit
     dark, way = rng.uniform(0.5, 1.0), rng.random()
     if way < 0.5:
@@ -303,16 +309,16 @@ def _philtrum(canvas: Canvas, sitter: Sitter, mouth: Mouth) -> None:
     rng = canvas.rng
     lip, nose = mouth.outer_upper[len(mouth.outer_upper) // 2], sitter.mark("nose_base")
     a, b = rng.uniform(0.15, 0.4), rng.uniform(0.5, 0.8)
-    for side in ((-1, 1) if rng.random() < 0.3 else (rng.choice([-1.0, 0.0, 1.0]),)):
+    for side in (-1, 1) if rng.random() < 0.3 else (rng.choice([-1.0, 0.0, 1.0]),):
         off = side * 0.03 * sitter.unit * sitter.right
         ends = np.stack([lip + s * (nose - lip) + off for s in (a, (a + b) / 2, b)])
-        canvas.line("hatch", ends, 0.8, rng.uniform(0.5, 1.0), within=True)
+        canvas.line("hatch", ends, 0.6, rng.uniform(0.4, 0.8), within=True)
 
 
 # --- amid hair ---
 
 
-def _overgrown(canvas: Canvas, artist: Artist) -> tuple[bool, bool]:
+def overgrown(canvas: Canvas, artist: Artist) -> tuple[bool, bool]:
     """Whether a moustache hides the upper lip, and a beard the lower one."""
     rng = canvas.rng
     over = artist.moustache not in ("none", "pencil", "line") and rng.random() < GROWN
@@ -320,14 +326,17 @@ def _overgrown(canvas: Canvas, artist: Artist) -> tuple[bool, bool]:
     return over, full and rng.random() < 0.5 * GROWN
 
 
-def _hairs(
+def hairs(
     canvas: Canvas, sitter: Sitter, mouth: Mouth, upper: Points, lower: Points, over: bool,
     under: bool,
 ) -> None:  # fmt: skip
     """Hairs over the lips that are hidden, up to their rims upper, lower (k, 2)."""
     rng = canvas.rng
     nose = sitter.mark("nose_base")
-    for hidden, rim, border in ((over, upper, mouth.outer_upper), (under, lower, mouth.outer_lower)):
+    for hidden, rim, border in (
+        (over, upper, mouth.outer_upper),
+        (under, lower, mouth.outer_lower),
+    ):
         if not hidden:
             continue
         up = border is mouth.outer_upper
@@ -346,167 +355,3 @@ def _hairs(
         ways = ways + np.hypot(*ways.T)[:, None] * lean
         roots = roots - (np.hypot(*ways.T)[:, None] * lean if up else 0.0)
         ticks(canvas, "beard", roots, ways, 0.85, rng.uniform(0.6, 1.0, count), rng.normal(0, 0.08))
-
-
-# --- open ---
-
-
-def draw_parted(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> None:
-    """An open mouth by `artist.teeth`, with lips by `artist.lips`."""
-    rng, how = canvas.rng, artist.teeth
-    over, under = _overgrown(canvas, artist)
-    gap = (mouth.lower - mouth.upper) @ sitter.down
-    tall = float(gap.max())
-    bold = float(np.clip(tall / (CLOSE * canvas.pen), 0.4, 1.0))
-    canvas.line("mouth", mouth.upper, bold * rng.uniform(0.9, 1.3))
-    whole = rng.random() < 0.8
-    low = mouth.lower if whole else part(mouth.lower, 0.06, 0.94)
-    canvas.line("mouth", low, bold * rng.uniform(0.7, 1.1))
-    if tall < SMALL or how == "sliver":
-        _sliver(canvas, mouth, sitter, tall)
-        marked = not mouth.clenched
-    else:
-        marked = _teeth(canvas, sitter, mouth, how, tall, bold)
-    bare = artist.lips == "line" and marked
-    if not bare:
-        _around(canvas, artist, mouth, over, under, marked)
-    canvas.cover(mouth.hole())
-    if rng.random() < 0.45:
-        below(canvas, sitter, mouth)
-    _hairs(canvas, sitter, mouth, mouth.upper, mouth.lower, over, under)
-
-
-def _around(
-    canvas: Canvas, artist: Artist, mouth: Mouth, over: bool, under: bool, marked: bool
-) -> None:
-    """The lips of an open mouth. marked : whether what is inside tells that it is open"""
-    rng, how = canvas.rng, artist.lips
-    upper, lower = Patch(mouth.upper, mouth.outer_upper), Patch(mouth.outer_lower, mouth.lower)
-    angle = float(rng.choice([0.7, 2.3, 1.4]) + rng.normal(0, 0.2))
-    stroke = str(rng.choice(["drag", "slant", "across"], p=(0.25, 0.35, 0.4)))
-    if not over:
-        if how in ("dark", "upper", "wedge"):
-            shape = upper.strip((0, rng.uniform(0.5, 1)), (0, rng.uniform(0.5, 1)), 0.0)
-            if rng.random() < 0.4:
-                canvas.fill(shape.outline)
-            else:
-                tone(canvas, shape, stroke, angle, rng.uniform(0.9, 1.4), 1.0)
-        elif how == "shaded":
-            tone(canvas, upper, stroke, angle, rng.uniform(0.4, 1.0), rng.uniform(0.5, 1.0))
-    if not under and how in ("shaded", "dark"):
-        dark = rng.uniform(0.4, 0.9)
-        tone(canvas, lower, stroke, angle, rng.uniform(0.2, 0.8), dark, _shine(rng))
-    share = 0.6 if how in ("dark", "upper", "shaded") else 0.9
-    borders(canvas, mouth, share if marked else 1.0, over, under)
-
-
-def _sliver(canvas: Canvas, mouth: Mouth, sitter: Sitter, tall: float) -> None:
-    """A dark opening, or a bit of teeth between its dark ends."""
-    rng = canvas.rng
-    if mouth.clenched:
-        _dark_ends(canvas, mouth)
-    elif tall > SMALL and rng.random() < 0.5:
-        edge = _edge(mouth, sitter, rng.uniform(0.3, 0.55))
-        canvas.line("mouth", part(edge, 0.12, 0.88), 0.6)
-        _hollow(canvas, edge, mouth.lower)
-    elif tall > CLOSE * canvas.pen and rng.random() < 0.3:
-        _hollow(canvas, mouth.upper, mouth.lower)
-    else:
-        canvas.fill(mouth.hole())
-
-
-def _teeth(
-    canvas: Canvas, sitter: Sitter, mouth: Mouth, how: str, tall: float, bold: float
-) -> bool:
-    """Teeth that are hardly drawn; whether anything tells that the mouth is open.
-
-    Those that do not meet end above something dark.
-    """
-    rng = canvas.rng
-    foot, marked = mouth.lower, False
-    if not mouth.clenched:
-        foot = _edge(mouth, sitter, rng.uniform(0.3, 0.78))
-        canvas.line("mouth", part(foot, 0.05, 0.95), 0.8 * bold)
-        _hollow(canvas, foot, mouth.lower, black=how == "grey")
-        marked = True
-    elif how in ("edge", "gums") or how == "grey" and rng.random() < 0.5:
-        foot = _edge(mouth, sitter, rng.uniform(0.72, 0.92))
-        a, b = rng.uniform(0.02, 0.2, 2)
-        canvas.line("mouth", part(foot, a, 1 - b), 0.75 * bold, rng.uniform(0.6, 1.0))
-        marked = True
-    if how == "grey":
-        _greyed(canvas, mouth.upper, foot)
-    if how == "gums":
-        # In arcs, one over each tooth.
-        t = np.linspace(0.1, 0.9, 49)
-        height = rng.uniform(0.1, 0.22) - 0.07 * np.abs(np.sin(np.linspace(0, 6 * np.pi, 49)))
-        canvas.line("mouth", Patch(mouth.upper, foot).at(t, height), 0.6 * bold, 0.8)
-    if how == "ticks":
-        count = int(rng.integers(2, 6))
-        t = np.sort(rng.uniform(0.22, 0.78, count))
-        _gaps(canvas, mouth.upper, foot, t, (0.15, 0.5), bold)
-    elif how in ("row", "gums", "edge", "grey"):
-        count = int(rng.choice([0, 0, 0, 2, 4, 6, 8]))
-        t = 0.5 + 0.4 * np.sin(np.linspace(-1.2, 1.2, count)) + rng.normal(0, 0.015, count)
-        _gaps(canvas, mouth.upper, foot, t, (0.3, 0.95), bold)
-        marked = marked or count > 0
-    if not marked or rng.random() < 0.45:
-        _dark_ends(canvas, mouth)
-    return marked or how == "ticks"
-
-
-def _gaps(
-    canvas: Canvas, upper: Points, lower: Points, t: NDArray, long: tuple[float, float], bold: float
-) -> None:
-    """Faint lines between teeth that begin above and do not go all the way, at shares t (k,)."""
-    rng, soft = canvas.rng, canvas.rng.uniform(0.4, 1.0)
-    rows = Patch(upper, lower)
-    for at in np.clip(t, 0.03, 0.97):
-        begin = rng.uniform(0, 0.15)
-        ups = np.linspace(begin, begin + rng.uniform(*long) * (1 - begin), 4)
-        canvas.line("mouth", rows.at(at + 0.01 * rng.normal() * ups, ups), 0.6 * bold, soft,
-                    loose=0.4)  # fmt: skip
-
-
-def _dark_ends(canvas: Canvas, mouth: Mouth) -> None:
-    """The corners of an open mouth, where it is dark beside the teeth."""
-    rng = canvas.rng
-    solid = rng.random() < 0.6
-    for way in (0, 1):
-        k = int(rng.uniform(0.07, 0.17) * len(mouth.upper)) + 2
-        own = slice(None, k) if way == 0 else slice(-k, None)
-        top, low = mouth.upper[own], mouth.lower[own]
-        tip = 0.5 * (top[-1 if way == 0 else 0] + low[-1 if way == 0 else 0])
-        inner = top[-3 if way == 0 else 2] if k > 3 else tip
-        shape = np.concatenate([top, (0.6 * tip + 0.4 * inner)[None], low[::-1]] if way == 0 else
-                               [top, low[::-1], (0.6 * tip + 0.4 * inner)[None]])  # fmt: skip
-        if solid:
-            canvas.fill(shape)
-        else:
-            canvas.blacken(shape, rng.uniform(0.5, 2.6), 1.1, "hatch", 0.9)
-
-
-def _hollow(canvas: Canvas, upper: Points, lower: Points, black: bool = False) -> None:
-    """What is dark under teeth: black, or hatched."""
-    rng, shape = canvas.rng, np.concatenate([upper, lower[::-1]])
-    if black or rng.random() < 0.6:
-        canvas.fill(shape)
-    else:
-        canvas.blacken(shape, rng.uniform(0, np.pi), rng.uniform(1.0, 1.15), "hatch", 1.0)
-
-
-def _greyed(canvas: Canvas, upper: Points, lower: Points) -> None:
-    """Tone on teeth, from the corners inward."""
-    rng, rows = canvas.rng, Patch(upper, lower)
-    angle, dark = rng.uniform(0.3, 2.8), rng.uniform(0.25, 0.6)
-    inside = canvas.area(rows.outline)
-    t, half = np.linspace(0, 2 * np.pi, 24), rng.uniform(0.2, 0.4)
-    inside &= ~canvas.area(rows.at(0.5 + half * np.cos(t), 0.5 + 0.7 * np.sin(t)))
-    canvas.blacken(rows.outline, angle, rng.uniform(1.2, 2.0), "hatch", dark, area=inside)
-
-
-def _edge(mouth: Mouth, sitter: Sitter, share: float) -> Points:
-    """The lower edge of the teeth, a share of the way down, flatter than the lower lip."""
-    gap = (mouth.lower - mouth.upper) @ sitter.down
-    flat = np.minimum(share * gap.max(), np.maximum(share, 0.9) * gap)
-    return mouth.upper + flat[:, None] * sitter.down

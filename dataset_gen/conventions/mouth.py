@@ -1,6 +1,7 @@
 """Mouths by an artist's conventions: closed ones as lines or lips, open ones as black shapes.
 
-Those of comics, which are one bold shape, stand in `grins`, those of portraits in `lips`."""
+Those of comics, which are one bold shape, stand in `grins`, those of portraits in `lips` and
+`teeth`."""
 
 from __future__ import annotations
 
@@ -12,9 +13,10 @@ from facs_rig import LANDMARKS
 from .artist import Artist
 from .canvas import Canvas
 from .grins import LOWER, UPPER, Grin, draw_blocks, draw_grid
-from .lips import draw_parted, draw_shut
+from .lips import draw_shut
 from .shapes import Points, part, smooth
 from .sitter import Sitter
+from .teeth import draw_parted
 
 # Units: rims that are at least so far apart, on the mean of GAUGES, are those of an open mouth; the
 # others are drawn as lips that meet, so that no mouth is between open and shut.
