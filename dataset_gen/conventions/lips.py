@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 TAPER = np.array([1.0, 0.9, 0.5])  # how strong strokes are that run out
 THICKEST = 0.022  # units, of a line between shut lips: less than the least opening
+RISES = 0.6  # of its thickness, how far a dark upper lip is at least higher than the corners
 NARROW = 0.34  # units, the least width of a mouth whose lips are dark
 LEAST_PENS = {"dark": 6.0, "upper": 6.0, "wedge": 6.0, "shaded": 4.5}  # their least height, in pens
 GROWN = 0.65  # of mouths under or over hair, those that it comes up to
@@ -42,7 +43,8 @@ def draw_shut(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> N
     if how == "shaded":
         dark = rng.uniform(0.5, 1.0)
         if not over:
-            tone(canvas, upper, stroke, angle, rng.uniform(0.7, 1.5), dark)
+            most = 0.75 if _flat(sitter, mouth) else 1.5
+            tone(canvas, upper, stroke, angle, rng.uniform(0.5, most), dark)
         if not under:
             light = shine(rng) if rng.random() < 0.8 else None
             tone(canvas, lower, stroke, angle, rng.uniform(0.3, 1.0), 0.8 * dark, light)
@@ -74,11 +76,20 @@ def draw_shut(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> N
 
 def _way(canvas: Canvas, sitter: Sitter, artist: Artist, mouth: Mouth) -> str:
     """How its lips are drawn: such that are too small for the pen or seen from the side would be
-    one dark spot if they were dark."""
+    one dark spot if they were dark, and a flat upper one, as in a smile, a hole."""
     thick = float(((mouth.outer_lower - mouth.outer_upper) @ sitter.down).max())
     least = LEAST_PENS.get(artist.lips, 0.0)
-    small = mouth.width < NARROW * sitter.unit or thick < least * canvas.pen
-    return "contour" if small and least else artist.lips
+    if least and (mouth.width < NARROW * sitter.unit or thick < least * canvas.pen):
+        return "contour"
+    return "shaded" if artist.lips in ("dark", "upper") and _flat(sitter, mouth) else artist.lips
+
+
+def _flat(sitter: Sitter, mouth: Mouth) -> bool:
+    """Whether the upper lip's border hardly rises over the corners of the mouth."""
+    middle = len(mouth.line) // 2
+    rise = ((mouth.line[0] + mouth.line[-1]) / 2 - mouth.outer_upper[middle]) @ sitter.down
+    thick = (mouth.line[middle] - mouth.outer_upper[middle]) @ sitter.down
+    return bool(rise < RISES * thick)
 
 
 def _waved(sitter: Sitter, mouth: Mouth, rng: np.random.Generator) -> Points:

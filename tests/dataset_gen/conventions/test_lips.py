@@ -92,6 +92,24 @@ def test_shut_lips_are_no_black_hole(way, seed):
         assert low[:, 1].max() > bottom[1] - 0.3 * (bottom - top)[1]
 
 
+@pytest.mark.parametrize("way", ["dark", "upper"])
+def test_a_dark_upper_lip_has_a_bow_and_in_a_smile_it_is_shaded_at_most(way):
+    """A black shape whose upper edge is level would be the hole of a laughing mouth."""
+
+    def black(aus, seed):
+        strokes, places = drawn(replace(BARE, lips=way), aus, seed=seed)
+        picture = ink(strokes, SIZE, SIZE, STYLES["ink"])
+        top, line = mark(places, "lip_top"), mark(places, "lip_inner_top")
+        wide = int(0.2 * (mark(places, "mouth_corner_left") - line)[0])
+        lip = picture[int(top[1]) + 1 : int(line[1]), int(line[0]) - wide : int(line[0]) + wide]
+        return (lip < 100).mean()
+
+    rest, smile = (
+        [black(aus, seed) for seed in range(6)] for aus in ({}, {"smile": 3.5, "lip_lock": 2})
+    )
+    assert max(rest) > 0.75 and max(smile) < 0.75
+
+
 @pytest.mark.parametrize("way", ROWS)
 @pytest.mark.parametrize("aus", [BARED, SHOUT], ids=["bared", "shout"])
 def test_teeth_are_drawn_between_the_rims(way, aus):
