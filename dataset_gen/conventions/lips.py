@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 TAPER = np.array([1.0, 0.9, 0.5])  # how strong strokes are that run out
 THICKEST = 0.022  # units, of a line between shut lips: less than the least opening
 RISES = 0.6  # of its thickness, how far a dark upper lip is at least higher than the corners
+FEWEST = 4.0  # pen's widths, the least height of a lip with strokes across
 NARROW = 0.34  # units, the least width of a mouth whose lips are dark
 LEAST_PENS = {"dark": 6.0, "upper": 6.0, "wedge": 6.0, "shaded": 4.5}  # their least height, in pens
 GROWN = 0.65  # of mouths under or over hair, those that it comes up to
@@ -232,6 +233,8 @@ def tone(
     # Finer than the pen's full line where the lip is thin.
     pen = float(np.clip(tall / 5, 1.0, max(0.75 * canvas.pen, 1.0)))
     width = pen / canvas.pen
+    if stroke == "across" and tall < FEWEST * canvas.pen:
+        stroke = "drag"  # few strokes upright would be teeth
     if stroke == "slant":
         area = canvas.area(patch.outline)
         if light:

@@ -141,7 +141,8 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         canvas.line("lip", part(mouth.outer_lower, 0.08, 0.92), 0.8, soft, within=True)
     if artist.mouth == "dark" and not mouth.open:
         shape = np.concatenate([mouth.outer_upper, mouth.line[::-1]])
-        canvas.blacken(shape, angle=1.3, sparse=1.8, kind="hatch", within=True)
+        # Aslant: strokes upright would be teeth.
+        canvas.blacken(shape, angle=0.7, sparse=1.4, kind="hatch", within=True)
     if artist.mouth == "lower" or (artist.mouth == "line" and canvas.rng.random() < 0.25):
         under = part(mouth.outer_lower, 0.3, 0.7) + 0.01 * sitter.unit * sitter.down
         canvas.line("lip", under, 0.8, 0.8, within=True)

@@ -99,7 +99,7 @@ def _teeth(
     rng = canvas.rng
     foot, marked = mouth.lower, False
     if not mouth.clenched:
-        foot = _edge(mouth, sitter, rng.uniform(0.3, 0.78))
+        foot = _edge(mouth, sitter, rng.uniform(*((0.4, 0.7) if how == "edge" else (0.3, 0.78))))
         canvas.line("mouth", part(foot, 0.05, 0.95), 0.8 * bold)
         _hollow(canvas, foot, mouth.lower, black=how == "grey")
         marked = True
@@ -118,7 +118,7 @@ def _teeth(
         count = int(rng.integers(2, 6))
         t = np.sort(rng.uniform(0.22, 0.78, count))
         _gaps(canvas, mouth.upper, foot, t, (0.15, 0.5), bold)
-    elif how in ("row", "gums", "edge", "grey"):
+    elif how != "edge":
         count = int(rng.choice([0, 0, 0, 2, 4, 6, 8]))
         t = 0.5 + 0.4 * np.sin(np.linspace(-1.2, 1.2, count)) + rng.normal(0, 0.015, count)
         _gaps(canvas, mouth.upper, foot, t, (0.3, 0.95), bold)
