@@ -9,7 +9,8 @@ sides of a face it does not end at the edge, but runs down along it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,16 @@ from ..common.errors import InputError
 from ..rig import FaceRig
 from .cut import Cut
 from .head import WIDEST
+from .hem import hanging, tip_paths, tucked
 from .presets import HAIRLINE
-from .shell import WAVELENGTH, Shell, edge_heights, shell, wave_phase
+from .shell import WAVELENGTH, Shell, edge_heights, lowered, shell, wave_phase
 
 FEWEST, MOST = 3_000, 20_000  # triangles of shell and locks at detail 0 and 1
 COARSE, FINE = (36, 11), (72, 20)  # columns and rows of the shell from detail 0 to FINE_FROM
 FINE_FROM = 0.4
+# Share of the triangles of locks that are in tips, segments of one, how much shorter these become,
+# and tones: tips leave nothing dark between them, as locks do.
+TIPS, TIP_SEGMENTS, SOON, TIP_TONES = 0.35, 4, 1.8, (-0.45, 0.4)
 LENGTH = (0.12, 0.2)  # metres of a straight lock that lies, that falls; curls are shorter
 SEGMENTS = (9, 18)  # of a straight lock, and of the tightest curl or wave
 RAISED = (0.0003, 0.0018)  # metres above the shell of a lock's sides, and of its ridge
@@ -81,17 +86,19 @@ def hair(
     columns, rows = (a + share * (b - a) for a, b in zip(COARSE, FINE, strict=True))
     under = shell(rig, identity, cut, 2 * round(columns / 2), round(rows))
     under = lowered(under, LOWER * cut.stand)
-    room = FEWEST + detail * (MOST - FEWEST) - 2 * len(under.quads)
-    return under, locks(under, cut, rng, int(room))
+    room = int(FEWEST + detail * (MOST - FEWEST)) - 2 * len(under.quads)
+    ends = tips(under, cut, rng, int(TIPS * room))
+    made = locks(under, cut, rng, room - 2 * len(ends.quads))
+    return tucked(under, cut), _together(made, ends)
 
 
-def lowered(shell: Shell, share: float) -> Shell:
-    """The shell with so much of its thickness gone."""
-    if not share:
-        return shell
-    points = shell.points.copy()
-    points[shell.outer] += share * (points[shell.inner] - points[shell.outer])
-    return replace(shell, points=points)
+def _together(one: Locks, other: Locks) -> Locks:
+    quads = np.concatenate([one.quads, other.quads + np.int32(len(one.points))])
+    points, uv, tone = (
+        np.concatenate([getattr(one, name), getattr(other, name)])
+        for name in ("points", "uv", "tone")
+    )
+    return Locks(points, quads, uv, tone)
 
 
 def locks(
@@ -126,7 +133,7 @@ def locks(
         for sheet, count in zip(sheets, counts, strict=True)
     ]
     points, tone = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-    quads, uv = _strips(len(tone), segments, lanes + 0.5)
+    quads, uv = _strips(len(tone), np.linspace(0, 1, segments + 1), lanes + 0.5)
     return Locks(
         points.reshape(-1, 3).astype(np.float32), quads, uv,
         np.repeat(tone, len(lanes) * (segments + 1)).astype(np.float32),
@@ -147,6 +154,28 @@ class _Sheet:
     azimuth: NDArray[np.float64]
     beyond: NDArray[np.float64]
     grows: NDArray[np.float64]
+
+    @cached_property
+    def _steps(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        across = (np.roll(self.points, -1, axis=0) - np.roll(self.points, 1, axis=0)) / 2
+        return across, np.gradient(self.points, axis=1)
+
+    @cached_property
+    def normal(self) -> NDArray[np.float64]:
+        """(c, r, 3) unit."""
+        across, along = self._steps
+        return _unit(np.cross(along, across))
+
+    @cached_property
+    def metres(self) -> NDArray[np.float64]:
+        """(c, r, 2) from a point to the next across columns, and along them."""
+        size = np.stack([np.linalg.norm(step, axis=-1) for step in self._steps], axis=-1)
+        return np.maximum(size, 5e-4)
+
+    @cached_property
+    def root(self) -> NDArray[np.float64]:
+        """(c, r) metres from the parting."""
+        return np.cumsum(self.metres[..., 1], axis=1) - self.metres[:, :1, 1]
 
 
 def _sheets(shell: Shell, cut: Cut, field: NDArray) -> list[_Sheet]:
@@ -202,33 +231,59 @@ def _ribbons(
 
     lanes : (2,) or (3,) metres of a lock's points from its middle
     """
-    grid = sheet.points
-    across = (np.roll(grid, -1, axis=0) - np.roll(grid, 1, axis=0)) / 2
-    along = np.gradient(grid, axis=1)
-    normal = _unit(np.cross(along, across))
-    metres = np.stack([np.linalg.norm(v, axis=-1) for v in (across, along)], axis=-1)
-    metres = np.maximum(metres, 5e-4)
-    root = np.cumsum(metres[..., 1], axis=1) - metres[:, :1, 1]
-
-    path = _traced(sheet, metres, root, cut, rng, count, segments)
-    middle, up = _at(grid, path), _unit(_at(normal, path))
-    middle = _bent(middle, up, _at(root[..., None], path)[..., 0], path, sheet.azimuth, cut, rng)
+    path, long = _traced(sheet, cut, rng, count, segments)
+    middle, up = _threads(sheet, path, cut, rng)
     t = np.linspace(0, 1, segments + 1)
     middle = middle + (standing(cut, up) * t**1.5)[..., None] * up
-    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
     taper = np.minimum(np.clip(0.08 + 2.5 * t, 0, 1), (1 - t**2.5) + 0.04)
     wide = (
         (1 - 0.2 * cut.curl)
         * (1 + BROADER * cut.stand)
-        * rng.uniform(0.6, 1.3, count)[:, None]
+        * (rng.uniform(0.6, 1.3, count) * np.sqrt(long))[:, None]
         * taper
     )
-    sides = (lanes * wide[..., None])[..., None] * aside[:, :, None]
-    low, high = RAISED
-    ridge = high * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(2.5 * t, 0, 1)
-    height = low + ridge[..., None] * np.array([0.0, 1.0, 0.0])[: len(lanes)]
-    points = middle[:, :, None] + sides + height[..., None] * up[:, :, None]
+    ridge = RAISED[1] * rng.uniform(0.6, 1.3, count)[:, None] * np.clip(2.5 * t, 0, 1)
+    high = np.array([0.0, 1.0, 0.0])[: len(lanes)]
+    points = _widened(middle, up, wide, lanes, ridge[..., None] * high)
     return points, np.clip(rng.normal(0, 0.45, count), -1, 1)
+
+
+def tips(shell: Shell, cut: Cut, rng: np.random.Generator, triangles: int) -> Locks:
+    """The points in which hair that hangs ends, in at most so many triangles; see `hem`."""
+    segments, lanes = TIP_SEGMENTS, np.array([-0.5, 0.5])
+    there = hanging(shell, cut).any()
+    count = max(triangles, 0) // (2 * segments) if there else 0
+    t = 1 - (1 - np.linspace(0, 1, segments + 1)) ** SOON
+    path, width, bend = tip_paths(shell, cut, rng, count, t)
+    middle, up = _threads(_sheets(shell, cut, _combed(shell))[0], path, cut, rng)
+    middle = middle - (bend[:, None] * t**2)[..., None] * up
+    wide = width[:, None] * np.minimum(np.clip(0.1 + 3 * t, 0, 1), 1.03 - t**6)
+    # Above the surface beside them, but for their roots, which come out of it.
+    lift = rng.uniform(0.3, 1.0, count)[:, None] * np.clip(3 * t, 0, 1)
+    points = _widened(middle, up, wide, lanes, RAISED[1] * lift[..., None])
+    quads, uv = _strips(count, t, lanes + 0.5)
+    tone = np.repeat(np.clip(rng.normal(*TIP_TONES, count), -1, 1), len(lanes) * (segments + 1))
+    return Locks(points.reshape(-1, 3).astype(np.float32), quads, uv, tone.astype(np.float32))
+
+
+def _threads(
+    sheet: _Sheet, path: NDArray, cut: Cut, rng: np.random.Generator
+) -> tuple[NDArray, NDArray]:
+    """The middles (l, s, 3) of locks along paths on a sheet, waved and curled, and the unit normals
+    of the sheet under them."""
+    root = _at(sheet.root[..., None], path)[..., 0]
+    middle, up = _at(sheet.points, path), _unit(_at(sheet.normal, path))
+    return _bent(middle, up, root, path, sheet.azimuth, cut, rng), up
+
+
+def _widened(
+    middle: NDArray, up: NDArray, wide: NDArray, lanes: NDArray, lift: NDArray
+) -> NDArray[np.float64]:
+    """(l, s, lanes, 3) ribbons along middles (l, s, 3), their faces to `up`: metres that they are
+    wide (l, s), and that lanes lie higher than the lowest (l, s, lanes or 1)."""
+    aside = _unit(np.cross(np.gradient(middle, axis=1), up))
+    sides = (lanes * wide[..., None])[..., None] * aside[:, :, None]
+    return middle[:, :, None] + sides + (RAISED[0] + lift)[..., None] * up[:, :, None]
 
 
 def standing(cut: Cut, up: NDArray) -> NDArray[np.float64]:
@@ -242,15 +297,13 @@ def _unit(vectors: NDArray) -> NDArray[np.float64]:
 
 
 def _traced(
-    sheet: _Sheet, metres: NDArray, root: NDArray, cut: Cut, rng: np.random.Generator, count: int,
-    segments: int,
-) -> NDArray[np.float64]:  # fmt: skip
-    """(count, segments + 1, 2) columns and rows along locks.
-
-    metres : (c, r, 2) of one of each;  root : (c, r) metres from the parting
-    """
+    sheet: _Sheet, cut: Cut, rng: np.random.Generator, count: int, segments: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Columns and rows along locks (count, segments + 1, 2), and what share of its length each has:
+    one that comes to the end of the sheet is shorter, and as pointed."""
     columns, rows = sheet.points.shape[:2]
-    place = _seeds(sheet, root, rng, count)
+    metres = sheet.metres
+    place = _seeds(sheet, rng, count)
     usual = LENGTH[int(cut.hangs)] * (1 - 0.6 * cut.curl) * (1 - SHORTER * cut.stand)
     length = usual * rng.uniform(0.6, 1.2, count)
     lean = rng.normal(0, 0.07 + 0.35 * cut.curl + TOUSLED * cut.stand, count)
@@ -261,6 +314,8 @@ def _traced(
     before = rng.uniform(0, HAIRLINE_SPREAD, count) / _at(metres, place)[:, 1]
     place[:, 1] = np.where(first, rows - 1 + np.minimum(before, 1.0), place[:, 1])
     path = np.empty((count, segments + 1, 2))
+    gone = np.zeros(count)  # segments until the end
+    inside = np.full(count, True)
     for k in range(segments + 1):
         path[:, k] = place
         way = turned * _unit(_at(sheet.field, place))
@@ -270,17 +325,26 @@ def _traced(
         way = _unit(way + lean[:, None] * np.stack([way[:, 1], -way[:, 0]], axis=-1))
         size = _at(metres, place)
         past = share * sheet.beyond[np.rint(place[:, 0]).astype(np.intp) % columns]
-        place = place + (length / segments)[:, None] * way / size
-        place[:, 1] = np.clip(place[:, 1], 0, rows - 1 + np.minimum(past / size[:, 1], 2.0))
-    return path
+        step = (length / segments)[:, None] * way / size
+        end = np.clip(place[:, 1] + step[:, 1], 0, rows - 1 + np.minimum(past / size[:, 1], 2.0))
+        part = np.clip((end - place[:, 1]) / np.where(step[:, 1] == 0, 1.0, step[:, 1]), 0, 1)
+        part = np.where(end == place[:, 1] + step[:, 1], 1.0, part)
+        gone += np.where(inside, part, 0.0)
+        inside &= part == 1
+        place = place + step
+        place[:, 1] = end
+    gone = np.minimum(gone, segments)
+    at = gone[:, None] * np.linspace(0, 1, segments + 1)
+    low = np.minimum(at.astype(np.intp), segments - 1)
+    lock = np.arange(count)[:, None]
+    share = (at - low)[..., None]
+    return path[lock, low] * (1 - share) + path[lock, low + 1] * share, gone / segments
 
 
-def _seeds(
-    sheet: _Sheet, root: NDArray, rng: np.random.Generator, count: int
-) -> NDArray[np.float64]:
+def _seeds(sheet: _Sheet, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
     """(count, 2) columns and rows where locks begin: evenly over the grid's surface, and more at
     the parting and at a hairline, where none comes from farther up."""
-    grid, grows = sheet.points, sheet.grows[:, None]
+    grid, root, grows = sheet.points, sheet.root, sheet.grows[:, None]
     end = root[:, -1:] - root[:, 1:]
     more = (1 - grows) * np.exp(-root[:, :-1] / MORE[1]) + 2 * grows * np.exp(-end / MORE[1])
     area = _cells(grid) * (1 + MORE[0] * more)
@@ -325,13 +389,14 @@ def _bent(
 
 
 def _strips(
-    count: int, segments: int, across: NDArray
+    count: int, along: NDArray, across: NDArray
 ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Quads (q, 4) and uv (n, 2) of `count` ribbons. across : (lanes,) u of their points"""
-    lanes = len(across)
-    number = np.arange(count * (segments + 1) * lanes).reshape(count, segments + 1, lanes)
+    """Quads (q, 4) and uv (n, 2) of `count` ribbons. along : (k,) v of
+    their points;  across : (lanes,) u"""
+    steps, lanes = len(along), len(across)
+    number = np.arange(count * steps * lanes).reshape(count, steps, lanes)
     a, b = number[:, :-1], number[:, 1:]
     quads = np.stack([a[..., :-1], a[..., 1:], b[..., 1:], b[..., :-1]], axis=-1)
-    v, u = np.meshgrid(np.linspace(0, 1, segments + 1), across, indexing="ij")
+    v, u = np.meshgrid(along, across, indexing="ij")
     uv = np.tile(np.stack([u, v], axis=-1).reshape(-1, 2), (count, 1))
     return quads.reshape(-1, 4).astype(np.int32), uv.astype(np.float32)

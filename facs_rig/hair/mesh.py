@@ -14,6 +14,7 @@ from ..rig import FaceRig
 from ..shape import Worn
 from .cut import Cut
 from .follow import Bound, bind
+from .hem import hanging
 from .locks import hair
 from .shell import Shell, shell
 from .strands import Strands, grow
@@ -102,7 +103,8 @@ def hair_mesh(
         threads = grow(rig, identity, cut, under, rng, detail)
         under = _under_strands(under)
     shade = np.full(len(under.points), 1.0 if kind == "surface" else OUTER)
-    shade[under.inner] = INNER
+    inner = np.linspace(0, 1, under.inner.shape[1]) ** 4 * hanging(under, cut)[:, None]
+    shade[under.inner] = INNER + (OUTER - INNER) * inner
     points, quads, uv, shades = [under.points], [under.quads], [under.uv], [shade]
     grain = [HAIRS * under.uv[:, 0]]
     if ribbons:

@@ -8,7 +8,7 @@ outer sheet carries the hair's look, a second one lies a little off the skin, an
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,13 +24,16 @@ CLEAR = 0.0012  # metres that the inner sheet keeps off the skin
 LEAST = 0.0008  # metres between the two sheets
 DEEP = (0.022, 0.003)  # metres between them where hair begins to fall, and at its tips
 DENSER = 0.5  # columns where the edge is steep: 0 as many as elsewhere, 1 evenly along the edge
-GROOVE = (0.5, 0.012)  # share of its thickness that hair has at a parting, and metres to the whole
+# Share of its thickness that hair loses at a parting, metres of it at most, and metres from it to
+# where it is whole, and to where its sides may be of unlike thickness.
+GROOVE, ALIKE = (0.5, 0.004, 0.012), 0.06
+SHORT = 0.22  # metres of a column that loses the share whatever that is
 WHORL = (np.radians(58.0), 0.12)  # elevation of the crown's whorl from behind, half its length
 WAVELENGTH = 0.055  # metres of a wave of hair
 THINNER = (0.25, 0.02)  # the same two where hair begins around a bald crown
 ROOTED = (0.003, 0.6)  # metres that such hair stands off at most where it begins, and as it goes on
 GONE = (0.010, 0.006)  # metres of a column below which it sinks into the skin, and how deep
-LOCKS, ROOM = 0.009, 0.7  # metres that tips are uneven, and share of a column from which on
+LOCKS, ROOM = 0.005, 0.7  # metres that tips are uneven, and share of a column from which on
 STEEP = 0.10  # metres a radian of an edge that is not level
 EARS = (0.02, -0.10)  # heights between which an edge at the ear begins to cover it
 
@@ -104,6 +107,15 @@ def shell_on(head: Head, cut: Cut, columns: int = COLUMNS, rows: int = ROWS) -> 
     )  # fmt: skip
 
 
+def lowered(shell: Shell, share: float) -> Shell:
+    """The shell with so much of its thickness gone."""
+    if not share:
+        return shell
+    points = shell.points.copy()
+    points[shell.outer] += share * (points[shell.inner] - points[shell.outer])
+    return replace(shell, points=points)
+
+
 def edge_heights(cut: Cut, azimuth: NDArray) -> NDArray[np.float64]:
     """(...) heights of a cut's edge at azimuths in radians."""
     return np.interp(azimuth, ANGLES, cut.edge, period=2 * np.pi)
@@ -171,7 +183,7 @@ def _tips(azimuth: NDArray, edge: NDArray) -> NDArray[np.float64]:
     rise = np.roll(edge, -1) - np.roll(edge, 1)
     run = (np.roll(azimuth, -1) - np.roll(azimuth, 1)) % (2 * np.pi)
     level = 1 / (1 + (rise / run / STEEP) ** 2)
-    return level * (np.cos(31 * azimuth) + np.cos(23 * azimuth)) / 2
+    return level * (np.cos(10 * azimuth) + np.cos(7 * azimuth)) / 2
 
 
 def _angles(ways: NDArray) -> tuple[NDArray, NDArray]:
@@ -237,9 +249,18 @@ def _sheets(
     """(c, r, 3) metres, the outer and the inner sheet."""
     widest = head.middle[1] - head.eyes[1]
     thick = _thickness(cut, azimuth, share)
-    if cut.part is not None or cut.top is not None:
-        least, reach = GROOVE if cut.top is None else THINNER
+    if cut.top is not None:
+        least, reach = THINNER
         thick = thick * (least + (1 - least) * np.clip(along / reach, 0, 1) ** 0.5)
+    else:  # both sides of where hair parts begin at the same place
+        step = thick[-np.arange(len(thick)), :1] - thick[:, :1]
+        thick = thick + step / 2 * np.clip(1 - along / ALIKE, 0, 1) ** 2
+    if cut.part is not None and cut.top is None:
+        part, most, reach = GROOVE
+        short = np.clip(1 - along[:, -1:] / SHORT, 0, 1)  # a hairline is near
+        lost = part * thick[:, :1]
+        lost = short * lost + (1 - short) * np.minimum(lost, most)
+        thick = thick - lost * (1 - np.clip(along / reach, 0, 1) ** 0.5)
     sunk = np.zeros((len(azimuth), 1))
     if cut.top is not None:
         there = np.clip(along[:, -1:] / GONE[0], 0, 1)

@@ -32,6 +32,12 @@ TURNED = 0.3
 """Sine of the head's turn from which on a tail is taken to hang in its plane of symmetry."""
 LOW = 0.2
 """Metres below the eyes where falling hair has no buns."""
+FLARES, INWARD = 0.2, 0.01
+"""Share of its height at which a piece has hair beside it, so many metres towards the head, from
+which on it is no tail: tails have skin or paper beside them."""
+APART, OVER_NECK = 0.02, 0.07
+"""Metres from other hair from which on a lone piece below the eyes is a tail only if at least this
+share of it lies over head or neck, as braids do: what is all beside them is a shoulder's."""
 PLACES = 5
 """Along a tail."""
 
@@ -49,8 +55,52 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     label, count = ndimage.label(ndimage.binary_opening(beyond, iterations=2))
     size = np.bincount(label.ravel(), minlength=count + 1)[1:] / sight.unit**2
     largest = np.argsort(-size)[:MOST] + 1
-    found = [_ball(sight, label == k) for k in largest if size[k - 1] >= LEAST]
+    pieces = [label == k for k in largest if size[k - 1] >= LEAST]
+    tails = [p for p in pieces if not (_below(sight, p) and (_flares(sight, p) or _lost(sight, p)))]
+    found = [_ball(sight, piece) for piece in tails]
     return tuple(_held(sight, cut, ball) for ball in found if ball is not None)
+
+
+def _upright(sight: Sight, mask: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(k,) cells upwards, and to the picture's right of an upright head, of the cells of a mask."""
+    v, u = np.nonzero(mask)
+    away = np.stack([u, v], axis=1) - sight.middle
+    return away @ sight.up, away @ [-sight.up[1], sight.up[0]]
+
+
+def _below(sight: Sight, piece: NDArray) -> bool:
+    """Whether a piece (h, w) bool of the page is all below the eyes."""
+    eyes = (sight.cells(sight.head.eyes) - sight.middle) @ sight.up
+    return bool(_upright(sight, piece)[0].max() < eyes)
+
+
+def _lost(sight: Sight, piece: NDArray) -> bool:
+    """Whether a piece is beside the neck, away from most of the hair, and has no counterpart."""
+    label, _ = ndimage.label(sight.page.hair)
+    own = label == label[piece].max()
+    others = sight.page.hair & ~own
+    if own.sum() > others.sum():
+        return False
+    (up, aside), (over, across) = (_upright(sight, mask) for mask in (own, others))
+    opposite = (over > up.min()) & (over < up.max()) & (across * np.median(aside) < 0)
+    away = ndimage.distance_transform_edt(~others)[own].min() / sight.unit
+    return bool(away > APART and sight.page.head[own].mean() < OVER_NECK and not opposite.any())
+
+
+def _flares(sight: Sight, piece: NDArray) -> bool:
+    """Whether a piece is the side of hair that falls, farther out than a surface is: with hair
+    beside it towards the head."""
+    up, aside = _upright(sight, piece)
+    level = np.rint(up.max() - up).astype(np.intp)
+    inmost = np.full(level.max() + 1, np.inf)
+    np.minimum.at(inmost, level, np.abs(aside))
+    there = np.flatnonzero(np.isfinite(inmost))
+    side = np.sign(np.median(aside)) * (inmost[there] - INWARD * sight.unit)
+    right = np.array([-sight.up[1], sight.up[0]])
+    inward = sight.middle + side[:, None] * right + (up.max() - there)[:, None] * sight.up
+    hair = sight.page.hair & ~piece
+    u, v = np.clip(np.rint(inward).astype(int), 0, np.array(hair.shape[::-1]) - 1).T
+    return bool(hair[v, u].mean() > FLARES)
 
 
 def _held(sight: Sight, cut: Cut, ball: Ball) -> Ball:

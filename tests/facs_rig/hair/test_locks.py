@@ -12,7 +12,7 @@ from facs_rig.hair.follow import bind
 from facs_rig.hair.head import head_of
 from facs_rig.hair.locks import FEWEST, MOST, hair, locks
 from facs_rig.hair.presets import PRESETS, preset
-from facs_rig.hair.shell import shell
+from facs_rig.hair.shell import edge_heights, shell
 from facs_rig.rotation import rotation
 
 MM = 1e-3
@@ -146,6 +146,35 @@ def test_hair_runs_along_a_steep_edge(rig):
         tip = on.points[1::3][on.uv[1::3, 1] == 1]
         over.append(((from_.query(tip)[0] < 0.012) & (to.query(tip)[0] > 0.02)).sum())
     assert over[0] < 0.7 * over[1]
+
+
+@pytest.mark.parametrize("detail", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("name", ["bob", "long_straight", "fringe"])
+def test_hair_that_hangs_ends_in_points_that_nearly_meet_a_line(rig, name, detail):
+    """Over a surface that ends above them all around."""
+    cut, head = preset(name), head_of(rig, {})
+    made, on = hair(rig, {}, cut, seeded(), detail)
+    behind = np.radians(np.arange(-60, 61, 4)) + np.pi
+    edge = head.metres(edge_heights(cut, behind)) + head.eyes[1]
+
+    def lowest(points):
+        around = np.arctan2(points[:, 0], points[:, 2] - head.middle[2]) % (2 * np.pi)
+        near = np.abs(around[:, None] - behind) < np.radians(3)
+        return np.where(near, points[:, 1:2], np.inf).min(axis=0)
+
+    tips, surface = (lowest(p) for p in (on.points, made.points[made.outer].reshape(-1, 3)))
+    assert (tips < surface - 1 * MM).mean() > 0.9
+    assert (tips < surface + 2 * MM).all()
+    assert np.abs(tips - edge).max() < 15 * MM
+    assert np.abs(np.median(tips - edge)) < 5 * MM
+
+
+def test_a_lock_that_comes_to_the_edge_ends_in_a_point_there(rig):
+    """None is cut off as wide as it is."""
+    cut = preset("bob")
+    on = locks(shell(rig, {}, cut), cut, seeded(), 6000)
+    step = np.linalg.norm(np.diff(on.points[1::3].reshape(-1, 10, 3), axis=1), axis=-1)
+    assert (step.max(axis=1) < 3 * step.min(axis=1) + 1 * MM).mean() > 0.95
 
 
 def test_a_field_of_another_shape(rig):

@@ -1,5 +1,7 @@
 """A shell is closed, lies outside the head, and hides all of the scalp that it says it covers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -233,6 +235,24 @@ def test_thicker_hair_stands_off_farther(rig):
     apart = np.linalg.norm(thick.points[thick.outer] - thin.points[thin.outer], axis=-1)
     assert np.allclose(apart[:, 1:], 0.02, atol=0.2 * MM)
     assert np.allclose(thick.points[thick.inner], thin.points[thin.inner], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["bob", "long_wavy", "side_parting"])
+@pytest.mark.parametrize("more", [0.0, 0.02])
+def test_a_parting_is_no_cleft_and_no_step(rig, name, more):
+    """However thick hair is, and where one side is thicker: seen from in front and from behind."""
+    cut = preset(name)
+    side = np.where(np.sin(ANGLES) > 0, more, more / 2)[:, None]
+    made = shell(rig, {}, replace(cut, thick=cut.thick + side, wave=0.0))
+    for yaw in (0, 180):
+        turned = made.points @ rotation((np.radians(yaw), 0.0, 0.0)).T
+        camera = Camera.framing(turned, 400, 400, 0.02)
+        seen = rasterise(turned, made.triangles, camera).triangle >= 0
+        top = seen.argmax(axis=0)[seen.any(axis=0)] / camera.scale[0]
+        left, right = (np.minimum.accumulate(top[::way])[::way] for way in (1, -1))
+        assert (top - np.maximum(left, right)).max() < 4.5 * MM
+        middle = top[len(top) // 5 : -len(top) // 5]
+        assert np.abs(np.diff(middle)).max() < 3 * MM
 
 
 def test_a_smooth_cut_makes_a_smooth_shell(rig):

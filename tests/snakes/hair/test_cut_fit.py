@@ -15,6 +15,7 @@ from facs_rig.hair.head import head_of
 from facs_rig.hair.presets import preset
 from facs_rig.hair.shell import shell
 from snakes.hair.cut_fit import fit_cut
+from snakes.hair.gathered import gathered
 from snakes.hair.region import PageHair
 from snakes.hair.sight import Sight
 from snakes.hair.steady import steadiest
@@ -132,7 +133,8 @@ def test_a_bun_is_gathered(hairy):
 
 
 def test_nothing_hangs_from_nothing(hairy):
-    """Hair beside the neck, with a gap above it, becomes bunches that the head wears."""
+    """Hair at both sides of the neck, with a gap above it, becomes bunches that the head wears; at
+    one side alone it does if it hangs over the neck."""
     scene, rig = hairy("crop", 0), load_rig()
     v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
     middle = np.flatnonzero(scene.hair.any(axis=0)).mean()
@@ -141,10 +143,29 @@ def test_nothing_hangs_from_nothing(hairy):
     bunches = aside & (np.abs(v - chin) < 0.2 * scene.unit)
     cut = refitted(scene, scene.hair | bunches)
     assert cut.balls
+    left = bunches & (u < middle)
+    assert not refitted(scene, scene.hair | left).balls
+    over = np.roll(left, round(0.18 * scene.unit), axis=1)
+    assert len(refitted(scene, scene.hair | over).balls) == 1
     made = shell(rig, scene.parameters.identity, cut)
     surface = cKDTree(made.points[made.outer.ravel()])
     for tail in made.tails:
         assert surface.query(made.points[tail.ravel()])[0].min() < 0.012
+
+
+def test_the_side_of_hair_that_spreads_is_no_tail(hairy):
+    """Beside a surface that does not reach it, as at a page's edge."""
+    scene = hairy("bob", 0)
+    head = head_of(load_rig(), scene.parameters.identity)
+    v, u = np.mgrid[: scene.hair.shape[0], : scene.hair.shape[1]]
+    low = np.flatnonzero(scene.hair.any(axis=1))[-1] - 6
+    side = np.flatnonzero(scene.hair[low - 6])[0]
+    tall = 0.3 * scene.unit
+    wide = 0.15 * scene.unit + 0.4 * (v - low + tall)
+    spread = (v <= low) & (v > low - tall) & (u <= side) & (side - u < wide)
+    page = page_of(scene, scene.hair | spread)
+    sight = Sight.of(page, load_rig(), scene.parameters, scene.vertices, scene.camera, head)
+    assert gathered(sight, preset("bob")) == ()
 
 
 def test_hair_that_leaves_the_page_does_not_end_there(hairy):
