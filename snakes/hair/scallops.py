@@ -67,8 +67,10 @@ def _edge(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray, NDArray]:
     soft = np.pad(ndimage.gaussian_filter(soft, 0.6), room)
     fine = ndimage.zoom(soft, FINER, order=1, grid_mode=True, mode="grid-constant")
     label, count = ndimage.label(ndimage.binary_fill_holes(fine > 0.42))
-    shape = label == 1 + np.bincount(label.ravel(), minlength=count + 1)[1:].argmax()
+    shape = label == 1 + np.bincount(label.ravel(), minlength=count + 2)[1:].argmax()
     v, u = np.nonzero(shape & ~ndimage.binary_erosion(shape))
+    if not len(v) or not np.ptp(v) or not np.ptp(u):  # specks have no hull
+        return shape, np.zeros(shape.shape, dtype=bool)
     edge = np.stack([u, v], axis=1)
     lines = ConvexHull(edge).equations
     inside = -(edge @ lines[:, :2].T + lines[:, 2]).max(axis=1)
@@ -80,7 +82,9 @@ def _edge(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray, NDArray]:
     inner = np.zeros(ink.shape, dtype=bool)
     inner[2:-2, 2:-2] = True
     inner = np.pad(inner[around], room)
-    return shape, outer & inner.repeat(FINER, axis=0).repeat(FINER, axis=1)
+    outer &= inner.repeat(FINER, axis=0).repeat(FINER, axis=1)
+    end = round(low) + FINER * room  # what lies lower touches no outer edge
+    return shape[:end], outer[:end]
 
 
 def _pieces(part: NDArray, depth: NDArray, near: NDArray, least: float) -> tuple[int, float]:

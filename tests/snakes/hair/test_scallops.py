@@ -117,3 +117,12 @@ def test_what_the_page_cuts_off_has_no_edge_there():
     below = np.flatnonzero(ink.any(axis=1))[0] + 15
     whole, cut = (scallops(part, part > 0.5, ROWS)[0] for part in (ink, ink[below:]))
     assert cut > 0.8 * whole > 3
+
+
+@pytest.mark.parametrize("high", [1, 2, 5])
+@pytest.mark.parametrize("wide", [1, 3, 40])
+@pytest.mark.parametrize("tone", [0.0, 0.3, 1.0])
+def test_specks_and_slivers_are_not_curly(high, wide, tone):
+    region = np.zeros((60, 60), dtype=bool)
+    region[20 : 20 + high, 10 : 10 + wide] = True
+    assert told(tone * region, region) != "curls"
