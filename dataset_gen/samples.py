@@ -119,6 +119,7 @@ def make_sample(
     hair: float = HAIRED,
     worn: float = 1.0,
     grins: float | None = None,
+    finish: str | None = None,
 ) -> tuple[NDArray[np.uint8], dict]:
     """Picture (size, size) uint8 and the dictionary of everything that made sample `index`.
 
@@ -129,10 +130,11 @@ def make_sample(
     with 0 some have one of the four old heads of hair
     worn : by conventions, times as often as usual somebody has a beard or a hat rather than none
     grins : share of artists who draw open mouths as comics do, else as is usual in their manner
+    finish : by conventions, in which all hair is drawn ("curls", "locks", …), else by lot
     """
     rig = load_rig()
     rng = sample_rng(seed, index)
-    artists = partial(sample_artist, worn=worn, grins=grins)
+    artists = partial(sample_artist, worn=worn, grins=grins, finish=finish)
     draw, drawable = _engine(engine, haired(hair, scheme, engine), artists)
     sample = sample_face(rig, rng, size, scheme, drawable, identity, aus)
     vertices = rig.pose(sample.parameters)

@@ -121,6 +121,13 @@ FITTING = {
 }
 FITS = 0.8  # how often a moustache is one of those
 GLASSES = {"none": 8.0, "round": 0.6, "square": 0.7, "half": 0.25, "dark": 0.12}
+# How lips are drawn, above all shut ones, and teeth, where they are not drawn as `mouth` and `open`
+# say, "plain" (see `lips`, `teeth`); and in each manner how many artists draw them so.
+LIPPED = {"portrait": 0.8, "comic": 0.55, "cartoon": 0.12, "naive": 0.25}
+LIPS = {"plain": 0.0, "contour": 1.3, "shaded": 1.5, "dark": 0.8, "upper": 0.7, "line": 1.0,
+        "wedge": 0.6}  # fmt: skip
+TEETH = {"plain": 0.5, "row": 1.5, "edge": 1.3, "ticks": 0.8, "grey": 0.7, "gums": 0.3,
+         "sliver": 0.4}  # fmt: skip
 HATS = {"none": 12.0, "cap": 0.32, "skullcap": 0.2, "brim": 0.27, "beanie": 0.42, "band": 0.1,
         "headband": 0.12, "wreath": 0.12, "bow": 0.15, "scarf": 0.15, "veil": 0.15, "bandana": 0.12,
         "tall": 0.15, "wrap": 0.25, "hood": 0.13, "helmet": 0.1, "flat": 0.1}  # fmt: skip
@@ -145,6 +152,7 @@ HIDES: dict[tuple[str, str], tuple[str, ...]] = {
     ("mouth", "line"): ("lip_tighten", "lip_lock", "lip_loosen"),
     ("mouth", "corners"): ("lip_tighten", "lip_lock", "lip_loosen"),
     ("mouth", "lower"): ("lip_tighten_upper", "lip_lock_upper"),
+    ("lips", "line"): ("lip_tighten", "lip_lock", "lip_loosen"),
     ("crease", "none"): ("nasolabial_deepen", "cheek_suck"),
     ("crow", "none"): ("outer_squint",),
     ("jaw", "round"): ("cheek_suck", "cheek_puff", "jaw_forward"),
@@ -172,6 +180,7 @@ class Artist:
     overdo : how many times as far as the face's own its brows and mouth go in an expression
     level : how much of their slope brows at rest are drawn without
     bares : whether who smiles or stretches the mouth shows clenched teeth
+    lips, teeth : of LIPS and TEETH, by which they are drawn instead
     grin : of GRINS, by which shape open mouths are drawn; the rest of it: see GRINNING
     volume : how far hair stands off the skull    reach : how far it falls, in units
     parting : where hair parts, -1 to 1, from the picture's left to its right
@@ -204,6 +213,8 @@ class Artist:
     hat: str = "none"
     freckles: bool = False
     bares: bool = False
+    lips: str = "plain"
+    teeth: str = "plain"
     grin: str = "none"
     grin_wide: float = 1.2
     grin_tall: float = 0.4
@@ -277,7 +288,8 @@ class Artist:
 
 
 EXTRAS: dict[str, Mapping] = {"cut": CUTS, "beard": BEARDS, "moustache": MOUSTACHES,
-                              "glasses": GLASSES, "hat": HATS, "grin": GRINS}  # fmt: skip
+                              "glasses": GLASSES, "hat": HATS, "grin": GRINS, "lips": LIPS,
+                              "teeth": TEETH}  # fmt: skip
 
 
 def _is(name: str, stem: str) -> bool:
@@ -291,12 +303,14 @@ def sample_artist(
     manner: str | None = None,
     worn: float = 1.0,
     grins: float | None = None,
+    finish: str | None = None,
 ) -> Artist:
     """A random artist for a sitter: whom beards and hats become is decided by `identity`.
 
     manner : of MANNERS, else by their odds. Raises InputError for another name.
     worn : times as often as usual somebody has a beard, a moustache or a hat rather than none
     grins : how many draw open mouths as one bold shape, else as many as are usual in their manner
+    finish : in which hair is drawn, else by lot
     """
     if manner is not None and manner not in MANNERS:
         raise InputError(f"there is no manner '{manner}'; choose from: {', '.join(MANNERS)}")
@@ -357,7 +371,9 @@ def sample_artist(
         parting=round(float(np.clip(rng.normal(0, 0.35), -0.8, 0.8)), 3),
         hair_tone=within(0.0, 1.0, 3),
     )  # fmt: skip
-    return _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
+    artist = artist if finish is None else replace(artist, finish=finish)
+    artist = _grinning(artist, rng, GRINNING[manner] if grins is None else grins)
+    return _lipped(artist, rng)
 
 
 def _grinning(artist: Artist, rng: np.random.Generator, share: float) -> Artist:
@@ -372,6 +388,14 @@ def _grinning(artist: Artist, rng: np.random.Generator, share: float) -> Artist:
     aside, tilt = (round(float(of * own.normal()), 4) for of in (GRIN_ASIDE / 2, GRIN_TILT))
     return replace(artist, grin=lot(own, GRINS), grin_wide=wide, grin_tall=tall, grin_aside=aside,
                    grin_tilt=tilt, grin_bold=bold)  # fmt: skip
+
+
+def _lipped(artist: Artist, rng: np.random.Generator) -> Artist:
+    """The artist, by lot with lips and teeth of their own."""
+    own = np.random.default_rng([copy.deepcopy(rng).integers(2**63), 1])  # see `_grinning`
+    if own.random() >= LIPPED[artist.manner]:
+        return artist
+    return replace(artist, lips=lot(own, LIPS), teeth=lot(own, TEETH))
 
 
 def _grown(rng: np.random.Generator, worn: float) -> tuple[str, str]:

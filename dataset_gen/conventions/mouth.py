@@ -1,6 +1,7 @@
 """Mouths by an artist's conventions: closed ones as lines or lips, open ones as black shapes.
 
-Those of comics, which are one bold shape, stand in `grins`."""
+Those of comics, which are one bold shape, stand in `grins`, those of portraits in `lips` and
+`teeth`."""
 
 from __future__ import annotations
 
@@ -12,13 +13,21 @@ from facs_rig import LANDMARKS
 from .artist import Artist
 from .canvas import Canvas
 from .grins import LOWER, UPPER, Grin, draw_blocks, draw_grid
+from .lips import draw_shut
 from .shapes import Points, part, smooth
 from .sitter import Sitter
+from .teeth import draw_parted
 
-OPEN = 0.055  # of the mouth's width: the lips are so far apart that the mouth is open
+# Units: rims that are at least so far apart, on the mean of GAUGES, are those of an open mouth; the
+# others are drawn as lips that meet, so that no mouth is between open and shut.
+OPEN = 0.031
+GAUGES = [10, 20, 30]  # places along the rims
+RED = 0.021  # units that the landmarks of both rims, which lie on lips, are apart where these meet
 BARED, PARTED = 0.35, 0.2  # least action that bares teeth; how far it parts the lips, of its width
+LEAST = 0.05  # units that lips are parted before teeth
 WIDE = 0.3  # of the mouth's width: teeth of a mouth that is open so far do not meet
 FINE = 41
+INNER = "lip_inner"
 PLAIN = Artist()
 UP, DOWN = 0.3, 0.7  # of the way that lips are parted before teeth, what each of them moves
 
@@ -46,17 +55,22 @@ class Mouth:
         # Rims that pass each other are pressed together.
         crossed = gap < 0
         self.upper[crossed] = self.lower[crossed] = self.line[crossed]
-        self.open = self.opening > OPEN
+        self._unit, self._down = sitter.unit, sitter.down
+        self.open = float(gap[GAUGES].clip(0).mean()) > OPEN * sitter.unit
         bares = artist.bares or artist.grin != "none"
         self.clenched = bares and not self.open and sitter.bared > BARED
-        self._apart = PARTED * min(sitter.bared, 1.2) * self.width * sitter.down
+        far = max(PARTED * min(sitter.bared, 1.2) * self.width, LEAST * sitter.unit)
+        self._apart = far * sitter.down
         if self.clenched:
             away = self._away(np.linspace(0, 1, FINE))
             self.upper, self.lower = self.upper - UP * away, self.lower + DOWN * away
             self.outer_upper = self.outer_upper - UP * away
             self.outer_lower = self.outer_lower + DOWN * away
             self.open = True
+        elif not self.open:
+            self.upper = self.lower = self.line
         self.grin = None
+        self._rims = self.upper, self.lower
         if self.open and artist.grin != "none":
             self.grin = Grin.of(sitter, artist, self.upper, self.lower)
             self.upper, self.lower = self.grin.upper, self.grin.lower
@@ -72,7 +86,22 @@ class Mouth:
             across = (points - right) @ (left - right) / self.width**2
             share = np.array([_parts(name) for name in LANDMARKS])
             points = points + share[:, None] * self._away(across)
+        points = self._on_rims(points)
         return self.grin.moved(points) if self.grin else points
+
+    def _on_rims(self, points: Points) -> Points:
+        """The landmarks (m, 2) with those of the rims as far apart as the rims are drawn."""
+        way = np.array([self._down[1], -self._down[0]])
+        out = points.copy()
+        for k, name in enumerate(LANDMARKS):
+            edge = name.startswith(LOWER)
+            if name.startswith(INNER) and (edge or name.startswith(UPPER)):
+                rim = self._rims[int(edge)]
+                order = np.argsort(rim @ way)
+                level = np.interp(points[k] @ way, (rim @ way)[order], (rim @ self._down)[order])
+                level += (0.5 if edge else -0.5) * RED * self._unit
+                out[k] += (level - points[k] @ self._down) * self._down
+        return out
 
     def hole(self) -> Points:
         """The outline of what is between the lips."""
@@ -88,6 +117,12 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
     mouth = Mouth(sitter, artist)
     if mouth.grin:
         _grin(canvas, sitter, artist, mouth)
+        return
+    if mouth.open and artist.teeth != "plain":
+        draw_parted(canvas, sitter, artist, mouth)
+        return
+    if not mouth.open and artist.lips != "plain":
+        draw_shut(canvas, sitter, artist, mouth)
         return
     lips = artist.mouth in ("lips", "dark")
     if mouth.open:
@@ -106,7 +141,8 @@ def draw_mouth(canvas: Canvas, sitter: Sitter, artist: Artist) -> None:
         canvas.line("lip", part(mouth.outer_lower, 0.08, 0.92), 0.8, soft, within=True)
     if artist.mouth == "dark" and not mouth.open:
         shape = np.concatenate([mouth.outer_upper, mouth.line[::-1]])
-        canvas.blacken(shape, angle=1.3, sparse=1.8, kind="hatch", within=True)
+        # Aslant: strokes upright would be teeth.
+        canvas.blacken(shape, angle=0.7, sparse=1.4, kind="hatch", within=True)
     if artist.mouth == "lower" or (artist.mouth == "line" and canvas.rng.random() < 0.25):
         under = part(mouth.outer_lower, 0.3, 0.7) + 0.01 * sitter.unit * sitter.down
         canvas.line("lip", under, 0.8, 0.8, within=True)

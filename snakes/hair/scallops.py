@@ -1,4 +1,4 @@
-"""Curls that only the outline tells: hair in one tone whose edge goes in and out in round bumps."""
+"""Curls that the outline tells: hair whose edge goes in and out in round bumps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-__all__ = ["is_scalloped", "streak"]
+__all__ = ["is_scalloped", "scallops"]
 
 FINER = 2
 """Times as fine as the cells an outline is looked at."""
@@ -22,55 +22,40 @@ DEEP, LONG = 0.006, 0.008
 MANY, HOLLOW, POINTED = 2.8, 0.00095, 0.13
 """Valleys to a head of outline, and square heads of them, from which on it is scalloped, and tips
 to a valley from which on it is jagged."""
-LIGHT, PIECES = 0.15, 5
-"""How much lighter than the ink around it a highlight is, and the fewest that say how long they
-are."""
+SHORT = 0.6
+"""Heads of outer edge of which there is no less: what few of them show is chance."""
 
 
-def is_scalloped(ink: NDArray, region: NDArray, rows: int) -> bool:
-    """Whether the outer edge of a region (h, w) bool has round bumps with valleys between them, as
-    curls have, and not the tips of straight hair.
+def is_scalloped(valleys: float, hollow: float, tips: float) -> bool:
+    """Whether an edge with these `scallops` has round bumps, and not the tips of straight hair."""
+    return valleys >= MANY and hollow >= HOLLOW and tips < POINTED * valleys
+
+
+def scallops(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:
+    """What there is to a head of the outer edge of a region (h, w) bool: valleys between bumps,
+    square heads of them, and tips. Curls have round bumps with valleys between them, straight hair
+    has tips.
 
     ink : (h, w) 0..1, which says where the edge is to less than a cell;  rows : cells to a head
 
     By openings and closings with discs (Serra 1982, "Image analysis and mathematical morphology").
     """
     shape, outer = _edge(ink, region, rows)
-    length = outer.sum() / (FINER * rows)
-    if length < BALL:
-        return False
     unit = FINER * rows
+    length = max(outer.sum() / unit, SHORT)
     away = ndimage.distance_transform_edt
     closed = away(away(~shape) <= BALL * unit) > BALL * unit
     near = ndimage.binary_dilation(outer, iterations=2)
     valleys, hollow = _pieces(closed & ~shape, away(closed), near, DEEP * unit)
-    if valleys < MANY * length or hollow < HOLLOW * length * unit**2:
-        return False
     opened = away(~(away(shape) > NEEDLE * unit)) <= NEEDLE * unit
     tips, _ = _pieces(shape & ~opened, away(~opened), near, LONG * unit)
-    return bool(tips < POINTED * valleys)
-
-
-def streak(ink: NDArray, region: NDArray, rows: int) -> float | None:
-    """Heads that the highlights of a filled region (h, w) bool are long, the mean by their size:
-    on straight hair they run along it, on curls they are short. None where there are hardly any."""
-    inside = ndimage.binary_erosion(region, iterations=2)
-    paper = 1 - ink
-    light = (paper - ndimage.grey_opening(paper, (7, 7)) > LIGHT) & inside
-    label, count = ndimage.label(light, np.ones((3, 3)))
-    size = np.bincount(label.ravel(), minlength=count + 1)[1:]
-    long = np.array([
-        np.hypot(a.stop - a.start, b.stop - b.start) for a, b in ndimage.find_objects(label)
-    ])  # fmt: skip
-    real = size > 2
-    if real.sum() < PIECES:
-        return None
-    return float(np.average(long[real], weights=size[real]) / rows)
+    return valleys / length, hollow / unit**2 / length, tips / length
 
 
 def _edge(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray, NDArray]:
     """The shape of the largest piece of a region, finer by FINER and to its ink, and the part of
-    its edge that is the outline of the hair: not that along the face, and not the ears'."""
+    its edge that is the outline of the hair: not that along the face or the page's edge, and not
+    the ears'."""
     around = tuple(
         slice(max(at.start - 8, 0), at.stop + 8)
         for at in ndimage.find_objects(region.astype(np.uint8))[0]
@@ -78,11 +63,14 @@ def _edge(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray, NDArray]:
     wide = ndimage.binary_dilation(region[around], iterations=2)
     core = ndimage.binary_erosion(region[around], iterations=2)
     soft = np.where(core, 1.0, np.where(wide, ink[around], 0.0))
-    soft = np.pad(ndimage.gaussian_filter(soft, 0.6), round(2 * BALL * rows))
+    room = round(2 * BALL * rows)
+    soft = np.pad(ndimage.gaussian_filter(soft, 0.6), room)
     fine = ndimage.zoom(soft, FINER, order=1, grid_mode=True, mode="grid-constant")
     label, count = ndimage.label(ndimage.binary_fill_holes(fine > 0.42))
-    shape = label == 1 + np.bincount(label.ravel(), minlength=count + 1)[1:].argmax()
+    shape = label == 1 + np.bincount(label.ravel(), minlength=count + 2)[1:].argmax()
     v, u = np.nonzero(shape & ~ndimage.binary_erosion(shape))
+    if not len(v) or not np.ptp(v) or not np.ptp(u):  # specks have no hull
+        return shape, np.zeros(shape.shape, dtype=bool)
     edge = np.stack([u, v], axis=1)
     lines = ConvexHull(edge).equations
     inside = -(edge @ lines[:, :2].T + lines[:, 2]).max(axis=1)
@@ -90,7 +78,13 @@ def _edge(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray, NDArray]:
     outer = np.zeros(shape.shape, dtype=bool)
     kept = (inside < OUTER * FINER * rows) & (v < low)
     outer[v[kept], u[kept]] = True
-    return shape, outer
+    # The page's edge is none of the hair's.
+    inner = np.zeros(ink.shape, dtype=bool)
+    inner[2:-2, 2:-2] = True
+    inner = np.pad(inner[around], room)
+    outer &= inner.repeat(FINER, axis=0).repeat(FINER, axis=1)
+    end = round(low) + FINER * room  # what lies lower touches no outer edge
+    return shape[:end], outer[:end]
 
 
 def _pieces(part: NDArray, depth: NDArray, near: NDArray, least: float) -> tuple[int, float]:

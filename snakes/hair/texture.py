@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from .scallops import is_scalloped, streak
+from .curl_weights import CURLY
+from .scallops import is_scalloped, scallops
 
 __all__ = [
-    "TEXTURES", "Strokes", "parting", "strokes_in", "tensor", "texture_of", "tone_of", "waves_in",
+    "TEXTURES", "Strokes", "curls_say", "is_curly", "parting", "strokes_in", "tensor", "texture_of",
+    "tone_of", "waves_in",
 ]  # fmt: skip
 
 TEXTURES = ("black", "outline", "strands", "curls", "stubble")
@@ -24,16 +26,18 @@ FULL = 0.75
 """Mean ink of hair that is as dark as it gets."""
 SOLID, BLACK = 0.018, 0.45
 """Half the width in heads from which on ink is an area, and the share of the inside that is one."""
-STREAK = 0.15
-"""Heads that highlights are long on the average in black hair that is straight."""
 EMPTY = 0.07
 """Mean ink of an inside in which there is nothing but a few lines."""
-AIMLESS = 0.56
-"""Mean coherence below which strokes run every way."""
-BENT, STROKE, SHARPEST = 8.0, 0.014, 60.0
-"""Mean curvature, one over heads, from which on strokes that run every way are curls and no
-hatching in several directions, heads around a place in which a stroke has its own direction, and
-the most that counts."""
+STROKE, SHARPEST = 0.014, 60.0
+"""Heads around a place in which a stroke has its own direction, and the most that curvature, one
+over heads, counts."""
+LOCK = 0.045
+"""Heads around a place in which strokes of straight hair run alike."""
+BENT, ALIKE, FEW = 8.0, 0.55, 0.008
+"""Curvature and coherence that strokes are taken to have of which hardly any are seen, as in ink
+that is filled and in hair that is left white, and square heads of them that are so few."""
+STROKED = 0.07
+"""How much of strokes there is to a cell where there are any to speak of."""
 SPECKS, SPECK = 0.75, 0.035
 """Share of the pieces of ink that are shorter than SPECK heads, in stubble."""
 SWAY, STRAIGHT, WAVY = 0.08, 0.19, 0.26
@@ -120,30 +124,60 @@ def texture_of(ink: NDArray, region: NDArray, strokes: Strokes, rows: int) -> st
     dark = ink > 0.4
     core = ndimage.distance_transform_edt(dark) > SOLID * rows
     solid = ndimage.distance_transform_edt(~core) <= SOLID * rows
+    if is_curly(ink, region, rows):
+        return "curls"
     if solid[inside].mean() > BLACK:
-        along = streak(ink, region, rows)
-        straight = along is not None and along > STREAK
-        return "black" if straight or not is_scalloped(ink, region, rows) else "curls"
+        return "black"
     label, count = ndimage.label(dark & region, np.ones((3, 3)))
     if count > 12:
         length = [max(a.stop - a.start, b.stop - b.start) for a, b in ndimage.find_objects(label)]
         if np.mean(np.array(length) < SPECK * rows) > SPECKS and ink[inside].mean() < 0.25:
             return "stubble"
-    weight = strokes.coherence * (ndimage.gaussian_filter(ink.astype(float), 1.5) > 0.04)
-    drawn = inside & (weight > 0)
-    aimless = drawn.any() and strokes.coherence[drawn].mean() < AIMLESS
-    if aimless and _bend(ink, inside, rows) > BENT:
-        return "curls"
-    if ink[inside].mean() >= EMPTY:
-        return "strands"
-    return "curls" if is_scalloped(ink, region, rows) else "outline"
+    return "strands" if ink[inside].mean() >= EMPTY else "outline"
 
 
-def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
-    """How sharply strokes bend in a part (h, w) bool, one over heads: how fast their direction
-    turns along them, the mean by how much ink says it."""
-    part = ndimage.find_objects(inside.astype(np.uint8))[0]
-    down, across, right = tensor(ink[part], STROKE * rows)
+def is_curly(ink: NDArray, region: NDArray, rows: int) -> bool:
+    """Whether a region (h, w) bool of a picture (h, w), 1 is ink, is drawn as curls: by strokes and
+    the outer edge together (logistic regression), by that alone in one tone without strokes.
+
+    rows : cells to a head
+    """
+    says, stroked = curls_say(ink, region, rows)
+    if stroked:
+        return bool(says @ CURLY[:-1] + CURLY[-1] > 0)
+    return is_scalloped(says[2] ** 2, says[4] / 1000, says[3] ** 2)
+
+
+def curls_say(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray[np.float64], bool]:
+    """(5,) what CURLY weighs, and whether there are strokes to speak of; see `is_curly`.
+
+    These are the logarithm of how sharply strokes bend; how much they agree with those around them;
+    the roots of how many valleys and tips there are to a head of the outer edge; and thousandths of
+    square heads of valleys to it.
+    """
+    bend, alike, much = _bends(ink, region, rows)
+    valleys, hollow, tips = scallops(ink, region, rows)
+    says = np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
+    return says, much > STROKED
+
+
+def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:
+    """How sharply strokes bend in a region (h, w) bool, one over heads: how fast their direction
+    turns along them, root mean square, by how much ink says it; their coherence as far as a lock is
+    wide, the mean; and how much of strokes there is to a cell."""
+    part = tuple(
+        slice(max(at.start - 4, 0), at.stop + 4)
+        for at in ndimage.find_objects(region.astype(np.uint8))[0]
+    )
+    depth = ndimage.distance_transform_edt(region[part])
+    inside = depth > min(RIM * rows, 0.4 * depth.max())
+    few = FEW * rows**2
+    down, across, right = tensor(ink[part], LOCK * rows, inside)
+    total = down + right
+    drawn = inside & (total > 1e-3)
+    agreed = np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)
+    alike = (agreed[drawn].sum() + few * ALIKE) / (drawn.sum() + few)
+    down, across, right = tensor(ink[part], STROKE * rows, inside)
     total = down + right
     twice = np.arctan2(2 * across, right - down)
     cos, sin = np.cos(twice), np.sin(twice)
@@ -151,8 +185,10 @@ def _bend(ink: NDArray, inside: NDArray, rows: int) -> float:
     # Strokes run across the direction in which ink changes most.
     along = np.abs(turn[0] * np.cos(twice / 2) - turn[1] * np.sin(twice / 2)) * rows
     agreed = (np.hypot(right - down, 2 * across) / np.maximum(total, 1e-9)) ** 2
-    weight = np.where(inside[part] & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
-    return float((weight * np.minimum(along, SHARPEST)).sum() / max(weight.sum(), 1e-9))
+    weight = np.where(inside & (total > 1e-3), np.sqrt(np.maximum(total, 0)) * agreed, 0)
+    bent = (weight * np.minimum(along, SHARPEST) ** 2).sum() + few * BENT**2
+    much = weight.sum()
+    return float(np.sqrt(bent / (much + few))), float(alike), float(much / max(inside.sum(), 1))
 
 
 def waves_in(strokes: Strokes, region: NDArray, rows: int) -> float:

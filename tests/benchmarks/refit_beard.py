@@ -194,20 +194,25 @@ def _balanced(counts: list[int]) -> NDArray[np.float64]:
 
 
 def logistic(
-    rows: NDArray, wanted: NDArray, weight: NDArray, fixed: NDArray | float = 0.0
+    rows: NDArray,
+    wanted: NDArray,
+    weight: NDArray,
+    fixed: NDArray | float = 0.0,
+    ridge: float = RIDGE,
 ) -> NDArray[np.float64]:
     """(k + 1,) weights of terms (n, k), and what is added, by Newton's method.
 
     wanted : (n,) bool;  weight : (n,) how much each row counts;  fixed : what is added to each
+    ridge : as RIDGE
     """
     mean, spread = rows.mean(axis=0), np.maximum(rows.std(axis=0), 1e-9)
     x = np.c_[(rows - mean) / spread, np.ones(len(rows))]
     found = np.zeros(x.shape[1])
-    ridge = RIDGE * np.diag([*np.ones(rows.shape[1]), 0.0])
+    held = ridge * np.diag([*np.ones(rows.shape[1]), 0.0])
     for _ in range(30):
         share = 1 / (1 + np.exp(-(x @ found + fixed)))
-        slope = x.T @ (weight * (wanted - share)) - ridge @ found
-        curve = (x * (weight * share * (1 - share))[:, None]).T @ x + ridge
+        slope = x.T @ (weight * (wanted - share)) - held @ found
+        curve = (x * (weight * share * (1 - share))[:, None]).T @ x + held
         found = found + np.linalg.solve(curve + 1e-9 * np.eye(len(found)), slope)
     plain = found[:-1] / spread
     return np.array([*plain, found[-1] - plain @ mean])

@@ -81,6 +81,7 @@ def test_every_convention_is_a_picture_of_its_own(field):
     aus = {
         "open": {"jaw_open": 1.5},
         "grin": {"jaw_open": 3},
+        "teeth": {"jaw_open": 3},
         "iris": {"lid_raise": 3},
         "eye": {"lid_raise": 3},
     }.get(field, {"squint": 4, "outer_squint": 4, "frontalis": 4})

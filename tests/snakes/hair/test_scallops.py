@@ -1,4 +1,4 @@
-"""Curls from the outline of hair, by outlines whose kind is known."""
+"""Curls from the outline of hair, by outlines whose kind is known, and from its strokes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from PIL import Image, ImageDraw
 from scipy import ndimage
 
-from snakes.hair.scallops import is_scalloped, streak
+from snakes.hair.scallops import scallops
 from snakes.hair.texture import strokes_in, texture_of
 
 ROWS, FINE = 112, 4
@@ -73,7 +73,11 @@ def region_of(ink: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def how_often(kind: str, size: float = 0.05) -> float:
     rng = np.random.default_rng(3)
     inks = [mass(kind, rng, size) for _ in range(10)]
-    return float(np.mean([is_scalloped(ink, region_of(ink, rng), ROWS) for ink in inks]))
+    return float(np.mean([told(ink, region_of(ink, rng)) == "curls" for ink in inks]))
+
+
+def told(ink: np.ndarray, region: np.ndarray) -> str:
+    return texture_of(ink, region, strokes_in(ink, region, ROWS), ROWS)
 
 
 @pytest.mark.parametrize("kind", ["smooth", "noise", "sway", "teeth", "locks"])
@@ -93,7 +97,7 @@ def test_black_and_outlined_curls_are_told_by_their_edge():
         region = ink > 0.5
         line = 1.0 * (region & ~ndimage.binary_erosion(region))
         for drawn, texture in zip((ink, line), found, strict=True):
-            assert texture_of(drawn, region, strokes_in(drawn, region, ROWS), ROWS) == texture
+            assert told(drawn, region) == texture
 
 
 def test_long_highlights_say_that_black_hair_is_straight():
@@ -105,8 +109,20 @@ def test_long_highlights_say_that_black_hair_is_straight():
     for k in rng.integers(0, len(v), 25):
         lines[v[k] : v[k] + 25, u[k]] = 0
         specks[v[k] : v[k] + 4, u[k] : u[k] + 2] = 0
-    assert streak(ink, region, ROWS) is None
-    assert streak(specks, region, ROWS) < 0.1 < 0.15 < streak(lines, region, ROWS)
-    told = [texture_of(drawn, region, strokes_in(drawn, region, ROWS), ROWS)
-            for drawn in (lines, specks)]  # fmt: skip
-    assert told == ["black", "curls"]
+    assert [told(drawn, region) for drawn in (lines, specks)] == ["black", "curls"]
+
+
+def test_what_the_page_cuts_off_has_no_edge_there():
+    ink = mass("scallops", np.random.default_rng(5), 0.05)
+    below = np.flatnonzero(ink.any(axis=1))[0] + 15
+    whole, cut = (scallops(part, part > 0.5, ROWS)[0] for part in (ink, ink[below:]))
+    assert cut > 0.8 * whole > 3
+
+
+@pytest.mark.parametrize("high", [1, 2, 5])
+@pytest.mark.parametrize("wide", [1, 3, 40])
+@pytest.mark.parametrize("tone", [0.0, 0.3, 1.0])
+def test_specks_and_slivers_are_not_curly(high, wide, tone):
+    region = np.zeros((60, 60), dtype=bool)
+    region[20 : 20 + high, 10 : 10 + wide] = True
+    assert told(tone * region, region) != "curls"
