@@ -162,7 +162,8 @@ class _Outline:
         if known.sum() < 3:
             return None
         last = np.flatnonzero(known)[-1] + 1
-        levels, left, right, known, wide = (of[:last] for of in (levels, left, right, known, wide))
+        levels, left, right = levels[:last], left[:last], right[:last]
+        known, wide = known[:last], wide[:last]
         half = len(levels) // 2
         foot = np.median(wide[half // 2 : half + 1])
         known[:half] &= wide[:half] > FOOT * foot
