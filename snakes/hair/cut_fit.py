@@ -112,7 +112,8 @@ def fit_cut(
     outline = whole.without_knots()
     hangs = _hangs(sight, outline)
     thick = np.full((AZIMUTHS, STEPS), PLAIN)
-    rim = None if hangs else _rim(sight)
+    # A thin band of shorn hair over the skull leaves the crown bare, too.
+    rim = None if hangs or whole.spans else _rim(sight)
     edge, falls = _edges(sight, outline, hangs, thick) if rim is None else (rim[0], NOWHERE)
     top, outline = (None, outline) if rim is None else (rim[1], whole)
     cut = _cut(page, sight, edge, thick, hangs, top)

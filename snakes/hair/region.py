@@ -51,7 +51,7 @@ LEANS = 0.4
 """Log-odds that hair is given besides: the overlap is larger if what is doubtful is hair."""
 FAR, FARTHER, BESIDE = 0.26, 0.10, 3.0
 """Heads beside a head from which on hair is unlikely, and in how many more it has lost so much."""
-STRENGTH, STOPS, UNSURE, SWEEPS = 30.0, 25.0, 0.05, 40
+STRENGTH, STOPS, UNSURE, SWEEPS = 15.0, 25.0, 0.05, 40
 """How strongly neighbours go together, how fast that falls with ink, the least weight of what a
 cell itself says, and steps of the solver."""
 LEAST, LIKELY, SOMEWHERE = 0.012, 0.33, 0.55

@@ -38,6 +38,8 @@ that it is seen beside the head."""
 LINE, TEMPLE = 1.5, 0.5
 """Cells that a drawn hairline at the head's outline may be wide, and the height below which it is
 at the temples."""
+SPANNED = 0.8
+"""Share of the rays over the top on which hair that goes from side to side is seen."""
 AXIS = 0.03
 """Metres from the head's axis from which on hair is beside the face."""
 BESIDE = 0.055
@@ -55,6 +57,12 @@ class Outline:
 
     far: NDArray[np.float64]
     cut: NDArray[np.bool_]
+
+    @property
+    def spans(self) -> bool:
+        """Whether there is something over the head from one side to the other."""
+        top = self.far[RAYS // 3 : -(-2 * RAYS // 3)]
+        return bool(np.isfinite(top).mean() > SPANNED)
 
     def without_knots(self) -> Outline:
         """The same without what juts out of it narrowly, as buns do."""
