@@ -88,7 +88,7 @@ NEAR, NEARNESS, NEAREST = 0.35, 0.35, 1.4
 stands before them, photographs, and figures that nobody ever saw in perspective."""
 POSE = np.radians((6.0, 6.0, 4.0))
 """How far the detected angles of the head may be off."""
-INTENSITY, MOST = 0.7, 6.5
+INTENSITY, MOST = 0.7, 5.0
 """How far the intensity of an action that was detected may be off, and how strong it may become."""
 OPENERS = {"jaw_open": 1.5, "lower_lip_depress": 2.0, "sneer": 1.0}
 """Of a mouth that is drawn open: what may open it though it was not detected, and how strong that

@@ -53,7 +53,7 @@ KEPT = 2  # blocks of the trunk that stay as they are, which saves two fifths of
 HELD_OUT = 512  # looks, the first ones
 PAGES = (256, 448)  # px, the sides of pages
 CONTOURS, HAIRED = 0.5, 0.85  # of the pages, those drawn by contours, and those with hair of these
-WORN = 0.4, 6.0  # of the pages, those on which beards and hats are commoner, and how much
+WORN = 0.3, 4.0  # of the pages, those on which beards and hats are commoner, and how much
 CLOTHED = 0.4  # of the pages, those with clothes that are inked as hair is
 SPREADS = 0.08, 0.05, 0.025, 0.07  # see `amiss`
 OVERLAP = 0.5  # weight of how little a region overlaps
@@ -61,7 +61,7 @@ TOLD = 0.2  # weight of who is drawn
 WEIGHTED = {"hat": 2.0, "beard": 2.0}
 # Looks at these, and at heads with little hair for their face (bald ones, rims, shorn hair), are
 # taken so many times as often as others.
-RARE, LITTLE, AGAIN = ("beard", "hat"), 0.4, 3
+RARE, LITTLE, AGAIN = ("beard", "hat"), 0.4, 2
 BITS = np.array([bin(byte).count("1") for byte in range(256)])
 
 

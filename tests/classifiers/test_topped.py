@@ -12,7 +12,7 @@ from classifiers.preprocess import as_page
 from facs_rig import LANDMARKS
 from tests.classifiers.topped import topped
 
-DOUBTFUL = (0, 12, 20, 24, 53, 56, 61, 74, 84, 98)  # of a hundred, all in doubt but still read
+DOUBTFUL = (20, 24, 26, 46, 53, 69, 74, 100, 108, 151)  # the first that are in doubt but still read
 KNOWN = (1, 3, 5, 8)
 
 
@@ -39,7 +39,7 @@ def test_a_face_that_is_lost_under_its_hair_is_found_from_farther_off(detector):
         near.append(off(before, marks))
         best.append(off(after, marks))
     assert np.mean(near) > 0.08
-    assert np.mean(best) < 0.055  # measured: 0.052, and 0.099 from near
+    assert np.mean(best) < 0.055  # measured: 0.052, and 0.092 from near
     assert all(after < before + 0.01 for before, after in zip(near, best, strict=True))
 
 

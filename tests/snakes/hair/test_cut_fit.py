@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from facs_rig import Camera, load_rig
@@ -80,6 +81,23 @@ def test_a_crown_is_bald_above_a_rim(hairy, yaw):
     assert hairy.overlap(hair, scene.hair) > 0.65
     for name in ("crop", "bob", "bun"):
         assert refitted(hairy(name, yaw)).top is None
+
+
+def test_a_thin_band_over_the_skull_is_no_rim(hairy, monkeypatch):
+    scene = hairy(None)
+    rig = load_rig()
+    down, across = np.mgrid[: scene.head.shape[0], : scene.head.shape[1]]
+    middle, eyes = scene.camera.project(scene.vertices[rig.parts["eyes"]]).mean(axis=0)
+    wide = np.where(np.abs(across - middle) < 0.2 * scene.unit, 0, 0.12 * scene.unit)
+    inside = ndimage.distance_transform_edt(scene.head)
+    band = ndimage.binary_dilation(scene.head, iterations=4) & (inside <= wide) & (down < eyes)
+    cut = refitted(scene, band)
+    assert cut is not None and cut.top is None
+    hair, _ = hairy.seen(cut, scene.parameters, scene.camera)
+    top = band & (np.abs(across - middle) < 0.2 * scene.unit)
+    assert (hair & top).sum() > 0.6 * top.sum()
+    monkeypatch.setattr("snakes.hair.sight.SPANNED", 1.0)
+    assert refitted(scene, band).top is not None
 
 
 def test_falling_hair_parts_over_an_open_forehead(hairy):
