@@ -54,7 +54,7 @@ HELD_OUT = 15  # one look in so many
 PARTS = ("ink", "places", "opened", "meets")  # of what `page_of` makes
 PAGES = (224, 416)  # px, the sides of pages
 CONTOURS = 0.3  # of the pages, those drawn by contours
-GRINS = 0.6  # of the others, those whose open mouths are one bold shape
+GRINS = 0.45  # of the others, those whose open mouths are one bold shape
 SPREADS = 0.1, 0.05, 0.07, 0.07  # see `amiss`
 PARTED = 0.3, 1.0  # intensities of `jaw_open` up to which teeth meet, and from which on they do not
 # What mouths do, how often: each control with how often it joins in, its least and its most.

@@ -61,17 +61,17 @@ def gathered(sight: Sight, cut: Cut) -> tuple[Ball, ...]:
     return tuple(_held(sight, cut, ball) for ball in found if ball is not None)
 
 
-def _upright(sight: Sight, mask: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k,) cells upwards, and to the picture's right of an upright head, of the cells of a mask."""
+def _places(sight: Sight, mask: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(k,) metres to the right and up of the cells of a mask, as `Sight.metres`."""
     v, u = np.nonzero(mask)
-    away = np.stack([u, v], axis=1) - sight.middle
-    return away @ sight.up, away @ [-sight.up[1], sight.up[0]]
+    aside, up = sight.metres(np.stack([u, v], axis=1)).T
+    return aside, up
 
 
 def _below(sight: Sight, piece: NDArray) -> bool:
     """Whether a piece (h, w) bool of the page is all below the eyes."""
-    eyes = (sight.cells(sight.head.eyes) - sight.middle) @ sight.up
-    return bool(_upright(sight, piece)[0].max() < eyes)
+    eyes = sight.metres(sight.cells(sight.head.eyes[None]))[0, 1]
+    return bool(_places(sight, piece)[1].max() < eyes)
 
 
 def _lost(sight: Sight, piece: NDArray) -> bool:
@@ -81,7 +81,7 @@ def _lost(sight: Sight, piece: NDArray) -> bool:
     others = sight.page.hair & ~own
     if own.sum() > others.sum():
         return False
-    (up, aside), (over, across) = (_upright(sight, mask) for mask in (own, others))
+    (aside, up), (across, over) = (_places(sight, mask) for mask in (own, others))
     opposite = (over > up.min()) & (over < up.max()) & (across * np.median(aside) < 0)
     away = ndimage.distance_transform_edt(~others)[own].min() / sight.unit
     return bool(away > APART and sight.page.head[own].mean() < OVER_NECK and not opposite.any())
@@ -90,14 +90,14 @@ def _lost(sight: Sight, piece: NDArray) -> bool:
 def _flares(sight: Sight, piece: NDArray) -> bool:
     """Whether a piece is the side of hair that falls, farther out than a surface is: with hair
     beside it towards the head."""
-    up, aside = _upright(sight, piece)
-    level = np.rint(up.max() - up).astype(np.intp)
+    aside, up = _places(sight, piece)
+    cell = 1 / sight.unit
+    level = np.rint((up.max() - up) / cell).astype(np.intp)
     inmost = np.full(level.max() + 1, np.inf)
     np.minimum.at(inmost, level, np.abs(aside))
     there = np.flatnonzero(np.isfinite(inmost))
-    side = np.sign(np.median(aside)) * (inmost[there] - INWARD * sight.unit)
-    right = np.array([-sight.up[1], sight.up[0]])
-    inward = sight.middle + side[:, None] * right + (up.max() - there)[:, None] * sight.up
+    side = np.sign(np.median(aside)) * (inmost[there] - INWARD)
+    inward = sight.at(np.stack([side, up.max() - cell * there], axis=1))
     hair = sight.page.hair & ~piece
     u, v = np.clip(np.rint(inward).astype(int), 0, np.array(hair.shape[::-1]) - 1).T
     return bool(hair[v, u].mean() > FLARES)

@@ -116,8 +116,13 @@ class Sight:
     def metres(self, cells: NDArray) -> NDArray[np.float64]:
         """(k, 2) of cells (k, 2), metres on the page, right and up, from the head's middle."""
         right = np.array([-self.up[1], self.up[0]])
-        away = (np.asarray(cells, float) - self.middle) / self.unit
-        return np.stack([away @ right, away @ self.up], axis=1)
+        away = np.asarray(cells, float) - self.middle
+        return np.stack([away @ right, away @ self.up], axis=1) / self.unit
+
+    def at(self, metres: NDArray) -> NDArray[np.float64]:
+        """The reverse of `metres`."""
+        right = np.array([-self.up[1], self.up[0]])
+        return self.middle + self.unit * (np.asarray(metres, float) @ np.stack([right, self.up]))
 
     @property
     def directions(self) -> NDArray[np.float64]:
@@ -204,8 +209,7 @@ class Sight:
 
     def _polar(self, cells: NDArray) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """The ray or level of places (k, 2) of the grid, -1 below all, and metres out along it."""
-        right = np.array([-self.up[1], self.up[0]])
-        x, y = ((cells - self.middle) @ way / self.unit for way in (right, self.up))
+        x, y = self.metres(cells).T
         ray = np.clip(np.floor((np.arctan2(x, y) / np.pi + 0.5) * RAYS), 0, RAYS - 1)
         level = np.floor(-y / LEVEL)
         side = np.where(x < 0, RAYS, RAYS + LEVELS)

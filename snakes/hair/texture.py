@@ -142,10 +142,11 @@ def is_curly(ink: NDArray, region: NDArray, rows: int) -> bool:
 
     rows : cells to a head
     """
-    says, stroked = curls_say(ink, region, rows)
-    if stroked:
-        return bool(says @ CURLY[:-1] + CURLY[-1] > 0)
-    return is_scalloped(says[2] ** 2, says[4] / 1000, says[3] ** 2)
+    bend, alike, much = _bends(ink, region, rows)
+    edge = scallops(ink, region, rows)
+    if much <= STROKED:
+        return is_scalloped(*edge)
+    return bool(_weighed(bend, alike, *edge) @ CURLY[:-1] + CURLY[-1] > 0)
 
 
 def curls_say(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray[np.float64], bool]:
@@ -156,9 +157,13 @@ def curls_say(ink: NDArray, region: NDArray, rows: int) -> tuple[NDArray[np.floa
     square heads of valleys to it.
     """
     bend, alike, much = _bends(ink, region, rows)
-    valleys, hollow, tips = scallops(ink, region, rows)
-    says = np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
-    return says, much > STROKED
+    return _weighed(bend, alike, *scallops(ink, region, rows)), much > STROKED
+
+
+def _weighed(
+    bend: float, alike: float, valleys: float, hollow: float, tips: float
+) -> NDArray[np.float64]:
+    return np.array([np.log1p(bend), alike, np.sqrt(valleys), np.sqrt(tips), 1000 * hollow])
 
 
 def _bends(ink: NDArray, region: NDArray, rows: int) -> tuple[float, float, float]:

@@ -92,10 +92,12 @@ def test_hair_that_stands_or_shows_little_ink_is_found():
     assert np.mean(lies + others) > np.mean(coarse) + 0.1
 
 
-@pytest.mark.xfail(reason="0.84 of 0.85 since curls and crops are drawn as people draw them")
 def test_hair_that_lies_is_found_by_conventions():
     lies, _, _ = overlaps(*BY_CONVENTIONS)
-    assert len(lies) > 30 and np.mean(lies) >= 0.85
+    found = float(np.mean(lies))
+    assert len(lies) > 30 and found >= 0.835
+    if found < 0.85:
+        pytest.xfail(f"{found:.3f} of 0.85 since curls and crops are drawn as people draw them")
 
 
 def test_bald_heads_have_no_hair():
